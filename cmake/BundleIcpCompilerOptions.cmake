@@ -1,0 +1,12 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# Warnings and sanitizers of this project's own targets; nothing here reaches a user of the library.
+function(bundle_icp_set_compiler_options target)
+  target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wno-unknown-pragmas)
+  if(BUNDLE_ICP_WARNINGS_AS_ERRORS)
+    target_compile_options(${target} PRIVATE -Werror)
+  endif()
+  if(BUNDLE_ICP_SANITIZE)
+    target_compile_options(${target} PRIVATE -fsanitize=${BUNDLE_ICP_SANITIZE} -fno-omit-frame-pointer)
+    target_link_options(${target} PRIVATE -fsanitize=${BUNDLE_ICP_SANITIZE})
+  endif()
+endfunction()
