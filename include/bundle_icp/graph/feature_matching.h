@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#pragma once
+
+#include <bundle_icp/common/progress.h>
+#include <bundle_icp/common/rigid_alignment.h>
+#include <bundle_icp/graph/features.h>
+
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace bundle_icp {
+
+/** How nearest descriptors are found. All give FeatureMatch lists of the same meaning. */
+enum class MatchingBackend {
+  /** Exact: all products of descriptors, a matrix product in integer arithmetic. */
+  BRUTE_FORCE,
+  /** Approximate: a forest of randomised kd-trees (pcl::search::FlannSearch); pays for many
+   *  thousand features per image. */
+  KDTREE_FOREST
+};
+
+/** How images are matched and matches verified. */
+struct BUNDLE_ICP_EXPORT MatchingOptions {
+  MatchingBackend backend = MatchingBackend::BRUTE_FORCE;
+  /** A match's distance must be less than this times that of the second best. */
+  double ratio = 0.8;
+  /** M_th of equation (5): pairs with fewer verified matches are no edge. */
+  std::size_t min_matches = 15;
+  /** Geometric verification: 3D-3D RANSAC, thresholds in sigmas of the depth noise. */
+  RigidAlignmentOptions verification;
+  /** Threads to use, 0 = all. */
+  int num_threads = 0;
+
+  bool
+  isValid(std::string* error = nullptr) const;
+};
+
+/** Feature `first` of one image and feature `second` of another see the same point. */
+struct FeatureMatch {
+  int first = 0;
+  int second = 0;
+};
+
+/** M_ij of equation (3): the verified matches of two images, and the motion they agree on. */
+struct FramePair {
+  std::size_t first = 0;
+  std::size_t second = 0;
+  std::vector<FeatureMatch> matches;        ///< ascending in `first`, one to one
+  Pose first_from_second = Pose::Identity();
+  std::size_t num_putative = 0;             ///< matches before verification
+};
+
+/** One-to-one matches that pass ratio and mutual test; ascending in `first`. */
+BUNDLE_ICP_EXPORT std::vector<FeatureMatch>
+matchDescriptors(const cv::Mat& first, const cv::Mat& second, const MatchingOptions& options = {});
+
+/** Keeps the matches that agree on one rigid motion between measured points. Empty matches when
+ *  fewer than options.min_matches do. */
+BUNDLE_ICP_EXPORT FramePair
+verifyMatches(const Features& first,
+              const Features& second,
+              const std::vector<FeatureMatch>& putative,
+              const CameraIntrinsics& camera,
+              const MatchingOptions& options = {});
+
+/** Matches and verifies the candidate pairs (indices into `features`), in parallel; gives those
+ *  with an edge, in the order of the candidates. The result does not depend on threads.
+ *  \throws pcl::BadArgumentException for invalid options or indices. */
+BUNDLE_ICP_EXPORT std::vector<FramePair>
+matchPairs(const std::vector<const Features*>& features,
+           const CameraIntrinsics& camera,
+           const std::vector<std::pair<std::size_t, std::size_t>>& candidates,
+           const MatchingOptions& options = {},
+           const ProgressCallback& progress = {});
+
+} // namespace bundle_icp

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#pragma once
+
+#include <bundle_icp/common/camera_intrinsics.h>
+#include <bundle_icp/common/depth_noise.h>
+#include <bundle_icp/common/rgbd_frame.h>
+
+#include <Eigen/Core>
+#include <Eigen/StdVector>
+#include <opencv2/core/mat.hpp>
+#include <string>
+#include <vector>
+
+namespace bundle_icp {
+
+/** How features are found and given a depth. */
+struct BUNDLE_ICP_EXPORT FeatureOptions {
+  /** The strongest so many are kept; matching costs grow with its square. */
+  int max_features = 1200;
+  /** Contrast below which SIFT drops a keypoint (of [0, 1] grey levels); OpenCV's own
+   *  default 0.04 leaves too few on plain walls. */
+  double contrast_threshold = 0.02;
+  /** Half size of the window from which a keypoint's depth is taken [px]. */
+  int depth_radius = 3;
+  /** A step of more than this many sigma inside the window is a depth edge: no depth. */
+  double edge_sigmas = 8;
+  /** Standard deviation of a keypoint's position at the finest scale [px]. */
+  double pixel_sigma = 0.7;
+  DepthNoise noise;
+
+  bool
+  isValid(std::string* error = nullptr) const;
+};
+
+/** Local features of one image, F_i = {(x_j, d_j)} of equation (2), with measured depth. Vectors of
+ *  equal length; feature j is row j of `descriptors`. */
+struct Features {
+  std::vector<Eigen::Vector2f> pixels; ///< x_j, position in the undistorted image [px]
+  std::vector<float> pixel_sigmas;     ///< standard deviation of the position [px]
+  std::vector<float> depths;           ///< along the axis [m], NaN = none (hole or edge)
+  std::vector<float> depth_sigmas;     ///< standard deviation of the depth [m]
+  /** d_j: RootSIFT (Arandjelovic, Zisserman, CVPR 2012), CV_8UC1, N x 128, in units of
+   *  1/256 and at most 127, so that products of two fit the integer SIMD instructions. */
+  cv::Mat descriptors;
+  /** Mean squared gradient over mean squared contrast: falls when an image is blurred. */
+  double sharpness = 0;
+
+  std::size_t
+  size() const
+  {
+    return pixels.size();
+  }
+
+  bool
+  hasDepth(std::size_t j) const
+  {
+    return depths[j] > 0;
+  }
+};
+
+/** Point [m] of feature j in the camera frame; needs hasDepth(j). */
+inline Eigen::Vector3d
+pointInCamera(const Features& features, std::size_t j, const CameraIntrinsics& camera)
+{
+  return camera.unproject(features.pixels[j].x(), features.pixels[j].y(), features.depths[j]);
+}
+
+/** Finds SIFT features (Lowe, IJCV 2004) and measures their depth. The order of features depends
+ *  on the image alone.
+ *  \throws pcl::BadArgumentException for invalid options or images of wrong type or size. */
+BUNDLE_ICP_EXPORT Features
+extractFeatures(const RGBDFrame& frame,
+                const CameraIntrinsics& camera,
+                const FeatureOptions& options = {});
+
+} // namespace bundle_icp

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#pragma once
+
+#include <bundle_icp/graph/features.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace bundle_icp {
+
+/** How images are described as a whole. */
+struct BUNDLE_ICP_EXPORT RetrievalOptions {
+  /** Words of the vocabulary, trained on the scan itself. */
+  int vocabulary_size = 32;
+  /** Descriptors that the vocabulary is trained on. */
+  int training_size = 8000;
+  /** Threads to use, 0 = all. */
+  int num_threads = 0;
+  std::uint64_t seed = 0;
+
+  bool
+  isValid(std::string* error = nullptr) const;
+};
+
+/** Similarity of whole images: VLAD over RootSIFT (Jegou et al., CVPR 2010) with
+ *  intra-normalisation (Arandjelovic, Zisserman, CVPR 2013). */
+class BUNDLE_ICP_EXPORT ImageRetrieval {
+public:
+  /** Trains the vocabulary on descriptors drawn evenly from all images. */
+  ImageRetrieval(const std::vector<const Features*>& images, const RetrievalOptions& options = {});
+
+  /** Describes one more image; it gets the next index. */
+  void
+  add(const Features& image);
+
+  /** Number of images described so far. */
+  std::size_t
+  size() const
+  {
+    return descriptors_.size();
+  }
+
+  /** Cosine of two images' descriptors: 1 = same, about 0 = unrelated. */
+  float
+  similarity(std::size_t i, std::size_t j) const
+  {
+    return descriptors_[i].dot(descriptors_[j]);
+  }
+
+  /** The `count` images most similar to `query` among `among`, best first, itself left out. */
+  std::vector<std::size_t>
+  mostSimilar(std::size_t query, const std::vector<std::size_t>& among, std::size_t count) const;
+
+  /** A subset such that every image has one in it that is at least `similarity` alike: the
+   *  greedy k-centre choice (Gonzalez 1985), starting with image `first`. Ascending. */
+  std::vector<std::size_t>
+  cover(std::size_t first, double similarity) const;
+
+private:
+  Eigen::VectorXf
+  describe(const Features& image) const;
+
+  RetrievalOptions options_;
+  Eigen::MatrixXf vocabulary_; ///< 128 x words
+  std::vector<Eigen::VectorXf> descriptors_;
+};
+
+} // namespace bundle_icp

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#pragma once
+
+#include <bundle_icp/sparse/sparse_model.h>
+
+#include <string>
+#include <vector>
+
+namespace bundle_icp {
+
+/** What dense registration knows of the motion between two images: the reduction of all
+ *  point-to-plane terms between them to a mean and a 6x6 information matrix. */
+struct RelativePoseTerm {
+  std::size_t first = 0;
+  std::size_t second = 0;
+  Pose first_from_second = Pose::Identity();
+  /** Of increment(delta) * first_from_second; zero along directions that geometry leaves free. */
+  Matrix6d information = Matrix6d::Zero();
+};
+
+/** Which images an adjustment moves, and what it knows besides the tracks. */
+struct BundleAdjustmentProblem {
+  /** Images whose pose is adjusted; their tracks and points take part. */
+  std::vector<std::size_t> variable;
+  /** Images that take part but stay where they are. When this is empty the first variable image
+   *  is held, which fixes the gauge. */
+  std::vector<std::size_t> constant;
+  /** Dense evidence; terms with images outside both lists are ignored. */
+  std::vector<RelativePoseTerm> relative_poses;
+};
+
+/** How an adjustment is solved. */
+struct BUNDLE_ICP_EXPORT BundleAdjustmentOptions {
+  int max_iterations = 30;
+  /** Scale of the Cauchy loss on residuals, each over its own sigma. */
+  double loss_scale = 2;
+  /** Stops when an iteration lowers the cost by less than this share. */
+  double function_tolerance = 1e-5;
+  /** Residuals of measured depth take part. */
+  bool use_depth = true;
+
+  bool
+  isValid(std::string* error = nullptr) const;
+};
+
+/** Outcome of an adjustment. */
+struct BundleAdjustmentResult {
+  bool success = false;
+  int iterations = 0;
+  std::size_t num_residuals = 0;
+  double initial_cost = 0;
+  double final_cost = 0;
+};
+
+/** Global (or local) bundle adjustment: moves poses and points to the minimum of the robust sum of
+ *  squared pixel residuals, measured-depth residuals and dense relative poses, with Ceres.
+ *  Runs on one thread: Ceres adds in the order in which threads arrive, and results must not depend
+ *  on that.
+ *  \throws pcl::BadArgumentException for invalid options or unregistered images. */
+BUNDLE_ICP_EXPORT BundleAdjustmentResult
+adjustBundle(const ImageGraph& graph,
+             const BundleAdjustmentProblem& problem,
+             const BundleAdjustmentOptions& options,
+             SparseModel& model);
+
+} // namespace bundle_icp

@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#pragma once
+
+#include <bundle_icp/common/pose.h>
+#include <bundle_icp/graph/image_graph.h>
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace bundle_icp {
+
+/** A feature of an image that sees a point of the model. */
+struct Observation {
+  std::size_t image = 0;
+  int feature = 0;
+};
+
+/** A 3D point with its track: "the list of 2D point sets and their image indices". */
+struct ScenePoint {
+  Eigen::Vector3d position = Eigen::Vector3d::Zero(); ///< [m], world frame
+  std::vector<Observation> track;                     ///< empty = removed
+};
+
+/** How observations join tracks. */
+struct BUNDLE_ICP_EXPORT TrackOptions {
+  /** A measured point within this many sigmas of a track's point may join it. */
+  double max_sigmas = 4;
+  /** ... and its pixel within this distance of the projected point [px]. */
+  double max_pixel_error = 4;
+
+  bool
+  isValid(std::string* error = nullptr) const;
+};
+
+/** Poses, points and tracks: the one state that a reconstruction mutates. Images are indexed
+ *  as in the ImageGraph, which is passed to what needs features and matches. */
+class BUNDLE_ICP_EXPORT SparseModel {
+public:
+  explicit SparseModel(std::size_t num_images = 0);
+
+  /** Makes room for images appended to the graph. */
+  void
+  resize(std::size_t num_images);
+
+  std::size_t
+  numImages() const
+  {
+    return images_.size();
+  }
+
+  bool
+  isRegistered(std::size_t image) const
+  {
+    return images_[image].component >= 0;
+  }
+
+  /** Component of an image, -1 when it is not registered. Each has its own world frame. */
+  int
+  component(std::size_t image) const
+  {
+    return images_[image].component;
+  }
+
+  /** Registered images of a component, ascending; all components with -1. */
+  std::vector<std::size_t>
+  registeredImages(int component = -1) const;
+
+  const Pose&
+  worldFromCamera(std::size_t image) const
+  {
+    return images_[image].world_from_camera;
+  }
+
+  void
+  setWorldFromCamera(std::size_t image, const Pose& world_from_camera)
+  {
+    images_[image].world_from_camera = world_from_camera;
+  }
+
+  /** Registers an image without letting it extend tracks. */
+  void
+  registerImage(std::size_t image, const Pose& world_from_camera, int component);
+
+  /** Registers an image and updates the points: along each edge to a registered image of
+   *  the component, matched features join the neighbour's track, start one, or join two. */
+  void
+  registerImage(const ImageGraph& graph,
+                std::size_t image,
+                const Pose& world_from_camera,
+                int component,
+                const TrackOptions& options);
+
+  /** Builds the tracks of an image anew from its present pose, see registerImage(). */
+  void
+  extendTracks(const ImageGraph& graph, std::size_t image, const TrackOptions& options);
+
+  /** Visibility V of equation (4): features of the image that match a feature of a registered
+   *  image of the component which is part of a 3D point. */
+  std::size_t
+  visibility(const ImageGraph& graph, std::size_t image, int component) const;
+
+  /** Point of a feature, -1 = none. */
+  int
+  pointOf(std::size_t image, int feature) const;
+
+  /** Points, in order of creation; those with an empty track are removed ones. */
+  const std::vector<ScenePoint>&
+  points() const
+  {
+    return points_;
+  }
+
+  void
+  setPosition(std::size_t point, const Eigen::Vector3d& position)
+  {
+    points_[point].position = position;
+  }
+
+  /** Takes observations out of their tracks that no longer fit their point, and points with fewer than
+   *  two observations. \return number of observations removed. */
+  std::size_t
+  removeOutliers(const ImageGraph& graph, const TrackOptions& options);
+
+  /** Moves a component's world: poses and points become new_from_old * them. */
+  void
+  transform(int component, const Pose& new_from_old);
+
+private:
+  struct Image {
+    Pose world_from_camera = Pose::Identity();
+    int component = -1;
+    std::vector<int> points; ///< per feature; empty = none at all
+  };
+
+  void
+  joinMatch(const ImageGraph& graph,
+            const Observation& added,
+            const Observation& known,
+            const TrackOptions& options);
+
+  void
+  addObservation(const ImageGraph& graph, int point, const Observation& observation);
+
+  void
+  mergePoints(int into, int from);
+
+  void
+  removeObservation(const Observation& observation);
+
+  std::vector<Image> images_;
+  std::vector<ScenePoint> points_;
+};
+
+/** Measured point of an observation in the world, by the pose of its image [m]. */
+BUNDLE_ICP_EXPORT Eigen::Vector3d
+measuredPoint(const ImageGraph& graph, const SparseModel& model, const Observation& observation);
+
+/** True when `point` (world) is where the observation measured it, within the bounds. */
+BUNDLE_ICP_EXPORT bool
+agrees(const ImageGraph& graph,
+       const SparseModel& model,
+       const Observation& observation,
+       const Eigen::Vector3d& point,
+       const TrackOptions& options);
+
+} // namespace bundle_icp

@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#include <bundle_icp/graph/feature_matching.h>
+
+#include "common/parallel.h"
+#include "graph/descriptor_forest.h"
+#include "graph/descriptor_products.h"
+
+#include <pcl/exceptions.h>
+
+#include <algorithm>
+#include <memory>
+
+namespace bundle_icp {
+namespace {
+
+/** Square of RootSIFT's norm in the units of Features::descriptors. */
+constexpr std::int32_t SQUARED_NORM = 256 * 256;
+
+/** Descriptors prepared for many matchings; which member is set depends on the back end. */
+struct PreparedDescriptors {
+  std::unique_ptr<PackedDescriptors> packed;
+  std::unique_ptr<DescriptorForest> forest;
+};
+
+PreparedDescriptors
+prepare(const cv::Mat& descriptors, const MatchingOptions& options)
+{
+  PreparedDescriptors prepared;
+  if (options.backend == MatchingBackend::BRUTE_FORCE)
+    prepared.packed = std::make_unique<PackedDescriptors>(descriptors);
+  else
+    prepared.forest = std::make_unique<DescriptorForest>(descriptors);
+  return prepared;
+}
+
+std::vector<FeatureMatch>
+match(const cv::Mat& first,
+      const cv::Mat& second,
+      const PreparedDescriptors& first_prepared,
+      const PreparedDescriptors& second_prepared,
+      const MatchingOptions& options)
+{
+  std::vector<FeatureMatch> matches;
+  if (first.rows == 0 || second.rows < 2)
+    return matches;
+  std::vector<BestProducts> rows;
+  std::vector<int> columns;
+  if (second_prepared.packed) {
+    bestProducts(first, *second_prepared.packed, rows, columns);
+  }
+  else {
+    rows = second_prepared.forest->bestProducts(first);
+    for (const BestProducts& best : first_prepared.forest->bestProducts(second))
+      columns.push_back(best.index);
+  }
+  const double squared_ratio = options.ratio * options.ratio;
+  for (int i = 0; i < first.rows; ++i) {
+    const BestProducts& best = rows[i];
+    // Unit vectors: squared distance = 2 - 2 product.
+    if (best.index >= 0 && columns[best.index] == i &&
+        SQUARED_NORM - best.best < squared_ratio * (SQUARED_NORM - best.second))
+      matches.push_back({i, best.index});
+  }
+  return matches;
+}
+
+/** Variance of one coordinate of the difference of two measured points: depth noise, and what
+ *  an error of the pixel moves them sideways. */
+double
+pointVariance(const Features& features, int j, const CameraIntrinsics& camera)
+{
+  const double lateral = features.pixel_sigmas[j] * features.depths[j] / camera.fx;
+  return lateral * lateral + double(features.depth_sigmas[j]) * features.depth_sigmas[j];
+}
+
+void
+checkArguments(std::size_t num_features,
+               const std::vector<std::pair<std::size_t, std::size_t>>& candidates,
+               const MatchingOptions& options)
+{
+  std::string error;
+  if (!options.isValid(&error))
+    throw pcl::BadArgumentException("matchPairs: " + error);
+  for (const auto& [i, j] : candidates)
+    if (i >= num_features || j >= num_features || i == j)
+      throw pcl::BadArgumentException("matchPairs: candidate pair " + std::to_string(i) + ", " +
+                                      std::to_string(j) + " of " +
+                                      std::to_string(num_features) + " images");
+}
+
+} // namespace
+
+bool
+MatchingOptions::isValid(std::string* error) const
+{
+  std::string reason;
+  if (!(ratio > 0 && ratio <= 1))
+    reason = "ratio must lie in (0, 1]";
+  else if (min_matches < 3)
+    reason = "min_matches must be >= 3";
+  else if (num_threads < 0)
+    reason = "num_threads must be >= 0";
+  else
+    verification.isValid(&reason);
+  if (error && !reason.empty())
+    *error = reason;
+  return reason.empty();
+}
+
+std::vector<FeatureMatch>
+matchDescriptors(const cv::Mat& first, const cv::Mat& second, const MatchingOptions& options)
+{
+  return match(first, second, prepare(first, options), prepare(second, options), options);
+}
+
+FramePair
+verifyMatches(const Features& first,
+              const Features& second,
+              const std::vector<FeatureMatch>& putative,
+              const CameraIntrinsics& camera,
+              const MatchingOptions& options)
+{
+  FramePair pair;
+  pair.num_putative = putative.size();
+  std::vector<FeatureMatch> measured;
+  std::vector<PointPair> points;
+  for (const FeatureMatch& m : putative) {
+    if (!first.hasDepth(m.first) || !second.hasDepth(m.second))
+      continue;
+    measured.push_back(m);
+    points.push_back({pointInCamera(second, m.second, camera),
+                      pointInCamera(first, m.first, camera),
+                      pointVariance(first, m.first, camera) +
+                          pointVariance(second, m.second, camera)});
+  }
+  if (points.size() < options.min_matches)
+    return pair;
+  const RigidAlignment alignment = robustRigidAlignment(points, options.verification);
+  if (!alignment.success || alignment.inliers.size() < options.min_matches)
+    return pair;
+  pair.first_from_second = alignment.target_from_source;
+  for (const std::size_t k : alignment.inliers)
+    pair.matches.push_back(measured[k]);
+  return pair;
+}
+
+std::vector<FramePair>
+matchPairs(const std::vector<const Features*>& features,
+           const CameraIntrinsics& camera,
+           const std::vector<std::pair<std::size_t, std::size_t>>& candidates,
+           const MatchingOptions& options,
+           const ProgressCallback& progress)
+{
+  checkArguments(features.size(), candidates, options);
+  std::vector<PreparedDescriptors> prepared(features.size());
+  parallelFor(features.size(), options.num_threads, {}, [&](std::size_t i) {
+    prepared[i] = prepare(features[i]->descriptors, options);
+  });
+
+  std::vector<FramePair> slots(candidates.size());
+  parallelFor(candidates.size(), options.num_threads, {"matching", progress}, [&](std::size_t c) {
+    const auto [i, j] = candidates[c];
+    const std::vector<FeatureMatch> putative = match(features[i]->descriptors,
+                                                     features[j]->descriptors,
+                                                     prepared[i],
+                                                     prepared[j],
+                                                     options);
+    slots[c] = verifyMatches(*features[i], *features[j], putative, camera, options);
+    slots[c].first = i;
+    slots[c].second = j;
+  });
+  slots.erase(std::remove_if(slots.begin(),
+                             slots.end(),
+                             [](const FramePair& pair) { return pair.matches.empty(); }),
+              slots.end());
+  return slots;
+}
+
+} // namespace bundle_icp

@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#include <bundle_icp/sparse/bundle_adjustment.h>
+
+#include "sparse/residuals.h"
+
+#include <pcl/exceptions.h>
+
+#include <map>
+
+namespace bundle_icp {
+namespace {
+
+/** The Ceres problem of one adjustment, and the parameter blocks that it moves. */
+class Adjustment {
+public:
+  Adjustment(const ImageGraph& graph,
+             const BundleAdjustmentProblem& problem,
+             const BundleAdjustmentOptions& options,
+             const SparseModel& model);
+
+  BundleAdjustmentResult
+  solve();
+
+  void
+  writeBack(SparseModel& model) const;
+
+private:
+  void
+  addPoses(const BundleAdjustmentProblem& problem);
+
+  void
+  addObservations();
+
+  void
+  addRelativePoses(const std::vector<RelativePoseTerm>& terms);
+
+  const ImageGraph& graph_;
+  const BundleAdjustmentOptions& options_;
+  const SparseModel& model_;
+  // Ordered maps: the order of blocks decides the order in which Ceres adds.
+  std::map<std::size_t, PoseBlock> poses_;
+  std::map<std::size_t, Eigen::Vector3d> points_;
+  ceres::Problem problem_;
+};
+
+/** Two blocks share the loss, the manifold and the options: all owned by this problem. */
+Adjustment::Adjustment(const ImageGraph& graph,
+                       const BundleAdjustmentProblem& problem,
+                       const BundleAdjustmentOptions& options,
+                       const SparseModel& model)
+: graph_(graph), options_(options), model_(model)
+{
+  addPoses(problem);
+  addObservations();
+  addRelativePoses(problem.relative_poses);
+}
+
+void
+Adjustment::addPoses(const BundleAdjustmentProblem& problem)
+{
+  auto* manifold = new PoseManifold;
+  const auto add = [&](std::size_t image) {
+    if (!model_.isRegistered(image))
+      throw pcl::BadArgumentException("adjustBundle: image " + std::to_string(image) +
+                                      " is not registered");
+    PoseBlock& block =
+        poses_.emplace(image, PoseBlock(model_.worldFromCamera(image))).first->second;
+    problem_.AddParameterBlock(block.values, 7, manifold);
+    return block.values;
+  };
+  for (const std::size_t image : problem.variable)
+    add(image);
+  for (const std::size_t image : problem.constant)
+    problem_.SetParameterBlockConstant(add(image));
+  if (problem.constant.empty() && !problem.variable.empty())
+    problem_.SetParameterBlockConstant(poses_.at(problem.variable.front()).values);
+}
+
+void
+Adjustment::addObservations()
+{
+  auto* loss = new ceres::CauchyLoss(options_.loss_scale);
+  for (std::size_t p = 0; p < model_.points().size(); ++p) {
+    std::vector<Observation> observations;
+    bool moves = false;
+    for (const Observation& o : model_.points()[p].track)
+      if (const auto pose = poses_.find(o.image); pose != poses_.end()) {
+        observations.push_back(o);
+        moves |= !problem_.IsParameterBlockConstant(pose->second.values);
+      }
+    if (!moves || observations.size() < 2)
+      continue;
+    double* point = points_.emplace(p, model_.points()[p].position).first->second.data();
+    for (const Observation& o : observations) {
+      const Features& features = graph_.features(o.image);
+      double* pose = poses_.at(o.image).values;
+      problem_.AddResidualBlock(new PixelResidual(graph_.camera(),
+                                                  features.pixels[o.feature].cast<double>(),
+                                                  features.pixel_sigmas[o.feature]),
+                                loss,
+                                pose,
+                                point);
+      if (options_.use_depth && features.hasDepth(o.feature))
+        problem_.AddResidualBlock(
+            new DepthResidual(features.depths[o.feature], features.depth_sigmas[o.feature]),
+            loss,
+            pose,
+            point);
+    }
+  }
+}
+
+void
+Adjustment::addRelativePoses(const std::vector<RelativePoseTerm>& terms)
+{
+  for (const RelativePoseTerm& term : terms) {
+    const auto first = poses_.find(term.first), second = poses_.find(term.second);
+    if (first != poses_.end() && second != poses_.end() && term.first != term.second)
+      problem_.AddResidualBlock(
+          new RelativePoseResidual(term.first_from_second, term.information),
+          nullptr,
+          first->second.values,
+          second->second.values);
+  }
+}
+
+BundleAdjustmentResult
+Adjustment::solve()
+{
+  ceres::Solver::Options options;
+  options.max_num_iterations = options_.max_iterations;
+  options.function_tolerance = options_.function_tolerance;
+  options.linear_solver_type =
+      poses_.size() < 60 ? ceres::DENSE_SCHUR : ceres::SPARSE_SCHUR;
+  options.num_threads = 1;
+  options.logging_type = ceres::SILENT;
+  auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
+  for (auto& [index, point] : points_)
+    ordering->AddElementToGroup(point.data(), 0);
+  for (auto& [image, pose] : poses_)
+    ordering->AddElementToGroup(pose.values, 1);
+  options.linear_solver_ordering = ordering;
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &problem_, &summary);
+  PCL_DEBUG("[bundle_icp::adjustBundle] %s\n", summary.BriefReport().c_str());
+  BundleAdjustmentResult result;
+  result.success = summary.IsSolutionUsable();
+  result.iterations = int(summary.iterations.size());
+  result.num_residuals = std::size_t(summary.num_residuals);
+  result.initial_cost = summary.initial_cost;
+  result.final_cost = summary.final_cost;
+  return result;
+}
+
+void
+Adjustment::writeBack(SparseModel& model) const
+{
+  for (const auto& [image, pose] : poses_)
+    if (!problem_.IsParameterBlockConstant(pose.values))
+      model.setWorldFromCamera(image, pose.worldFromCamera());
+  for (const auto& [index, point] : points_)
+    model.setPosition(index, point);
+}
+
+} // namespace
+
+bool
+BundleAdjustmentOptions::isValid(std::string* error) const
+{
+  const char* reason = max_iterations < 1          ? "max_iterations must be >= 1"
+                       : !(loss_scale > 0)         ? "loss_scale must be > 0"
+                       : !(function_tolerance > 0) ? "function_tolerance must be > 0"
+                                                   : nullptr;
+  if (reason && error)
+    *error = reason;
+  return !reason;
+}
+
+BundleAdjustmentResult
+adjustBundle(const ImageGraph& graph,
+             const BundleAdjustmentProblem& problem,
+             const BundleAdjustmentOptions& options,
+             SparseModel& model)
+{
+  std::string error;
+  if (!options.isValid(&error))
+    throw pcl::BadArgumentException("adjustBundle: " + error);
+  Adjustment adjustment(graph, problem, options, model);
+  const BundleAdjustmentResult result = adjustment.solve();
+  if (result.success)
+    adjustment.writeBack(model);
+  return result;
+}
+
+} // namespace bundle_icp
