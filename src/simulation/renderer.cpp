@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#include "simulation/renderer.h"
+
+#include "simulation/view.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace bundle_icp {
+namespace simulation {
+namespace {
+
+/** Rays along each edge of a pixel in which faces meet. */
+constexpr int edge_rays = 3;
+
+cv::Vec3b
+toPixel(const Eigen::Array4f& color)
+{
+  return {cv::saturate_cast<uchar>(color[0]), cv::saturate_cast<uchar>(color[1]),
+          cv::saturate_cast<uchar>(color[2])};
+}
+
+FaceSet
+facesAround(const cv::Mat& face, int x, int y)
+{
+  FaceSet result;
+  const auto begin = result.face.begin();
+  for (int v = std::max(y - 1, 0); v <= std::min(y + 1, face.rows - 1); ++v)
+    for (int u = std::max(x - 1, 0); u <= std::min(x + 1, face.cols - 1); ++u) {
+      const int index = face.at<int>(v, u);
+      if (std::find(begin, begin + result.count, index) == begin + result.count)
+        result.face[result.count++] = index;
+    }
+  std::sort(begin, begin + result.count);
+  return result;
+}
+
+/** Colour of a pixel in which faces meet: rays find the share of each, which is shaded
+ * once, in the ray that came last. */
+Eigen::Array4f
+edgeColor(const View& view, int x, int y, const FaceSet& faces)
+{
+  struct Part {
+    int rays = 0;
+    double u = 0, v = 0;
+    Hit hit;
+  };
+  std::array<Part, std::tuple_size<decltype(faces.face)>::value + 1> parts;
+  for (int i = 0; i < edge_rays * edge_rays; ++i) {
+    const double u = x + (i % edge_rays + 0.5) / edge_rays - 0.5;
+    const double v = y + (i / edge_rays + 0.5) / edge_rays - 0.5;
+    const Hit hit = view.cast(u, v, faces);
+    const auto end = faces.face.begin() + faces.count;
+    // A face that no neighbour's centre sees, the side of a thin box, goes into the
+    // last part.
+    Part& part =
+        parts[std::find(faces.face.begin(), end, hit.face) - faces.face.begin()];
+    part = {part.rays + (hit.face >= 0), u, v, hit};
+  }
+  Eigen::Array4f sum = Eigen::Array4f::Zero();
+  int rays = 0;
+  for (const Part& part : parts)
+    if (part.rays > 0) {
+      const float size = std::sqrt(float(part.rays)) / edge_rays;
+      sum += float(part.rays) * view.shade(part.u, part.v, part.hit, size);
+      rays += part.rays;
+    }
+  return sum / float(std::max(rays, 1));
+}
+
+} // namespace
+
+GeometryImage
+renderGeometry(const Scene& scene, const CameraIntrinsics& camera,
+               const Pose& world_from_camera)
+{
+  const View view(scene, camera, world_from_camera);
+  GeometryImage image;
+  image.depth.create(camera.height, camera.width, CV_32FC1);
+  image.face.create(camera.height, camera.width, CV_32SC1);
+  for (int y = 0; y < camera.height; ++y)
+    for (int x = 0; x < camera.width; ++x) {
+      const Hit hit = view.cast(x, y);
+      image.depth.at<float>(y, x) = float(hit.depth);
+      image.face.at<int>(y, x) = hit.face;
+    }
+  return image;
+}
+
+cv::Mat
+renderColor(const Scene& scene, const CameraIntrinsics& camera,
+            const Pose& world_from_camera, const GeometryImage& geometry)
+{
+  const View view(scene, camera, world_from_camera);
+  cv::Mat color(camera.height, camera.width, CV_8UC3);
+  for (int y = 0; y < camera.height; ++y)
+    for (int x = 0; x < camera.width; ++x) {
+      const Hit hit{geometry.depth.at<float>(y, x), geometry.face.at<int>(y, x)};
+      const FaceSet faces = facesAround(geometry.face, x, y);
+      color.at<cv::Vec3b>(y, x) = toPixel(faces.count > 1 ? edgeColor(view, x, y, faces)
+                                                          : view.shade(x, y, hit, 1));
+    }
+  return color;
+}
+
+cv::Mat
+renderNormals(const Scene& scene, const CameraIntrinsics& camera,
+              const Pose& world_from_camera, const GeometryImage& geometry)
+{
+  const View view(scene, camera, world_from_camera);
+  cv::Mat normals(camera.height, camera.width, CV_32FC3);
+  for (int y = 0; y < camera.height; ++y)
+    for (int x = 0; x < camera.width; ++x) {
+      const Hit hit{geometry.depth.at<float>(y, x), geometry.face.at<int>(y, x)};
+      const Eigen::Vector3f normal = view.normal(x, y, hit);
+      normals.at<cv::Vec3f>(y, x) = {normal.x(), normal.y(), normal.z()};
+    }
+  return normals;
+}
+
+} // namespace simulation
+} // namespace bundle_icp
