@@ -68,6 +68,15 @@ aboutZ(double yaw)
   return Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix();
 }
 
+bool
+isInRoom(const Eigen::Vector3d& point)
+{
+  return (point - Eigen::Vector3d(0, 0, room_half.z()))
+             .cwiseAbs()
+             .cwiseQuotient(room_half)
+             .maxCoeff() < 1;
+}
+
 Painter
 wood(const cv::Scalar& color, int board_width)
 {
@@ -91,8 +100,13 @@ Furnisher::box(const Eigen::Vector3d& center, const Eigen::Vector3d& extent, dou
   cv::RNG random = nextRandom();
   const BoxLayout layout = layoutBox(extent, density);
   cv::Mat image(layout.size, CV_8UC3, cv::Scalar::all(0));
-  for (const cv::Rect& side : layout.sides)
-    paint(image(side), random);
+  for (int side = 0; side < 6; ++side) {
+    const Eigen::Vector3d outward =
+        (side % 2 ? -1.0 : 1.0) * Eigen::Vector3d::Unit(side / 2);
+    // What is in the wall or behind it is never seen.
+    if (isInRoom(center + aboutZ(yaw) * outward.cwiseProduct(extent / 2)))
+      paint(image(layout.sides[side]), random);
+  }
   Primitive primitive;
   primitive.shape = Shape::BOX;
   primitive.world_from_local = aboutZ(yaw);

@@ -10,6 +10,8 @@ namespace bundle_icp {
 namespace simulation {
 namespace {
 
+const Eigen::Vector3d light_position(0.5, -0.6, 2.6);
+
 /** Axis and sign of side +x, -x, +y, -y, +z, -z, and the axes along which its picture's
  *  columns and rows run as seen from outside, z up. */
 struct Side {
@@ -192,14 +194,23 @@ Scene::color(int face_index, const Eigen::Vector3f& point,
   const Eigen::Array4f albedo =
       textures_[face.texture].sample(texel, gradient * dx, gradient * dy);
 
-  const Eigen::Matrix3f rotation = primitive.world_from_local.cast<float>();
-  const Eigen::Vector3f position = rotation * point + primitive.center.cast<float>();
-  const Eigen::Vector3f world_normal = rotation * normal;
-  const Eigen::Vector3f to_light = Eigen::Vector3f(0.5f, -0.6f, 2.6f) - position;
-  const float lambert = std::max(0.f, world_normal.dot(to_light) / to_light.norm());
-  const float light = 0.52f + 0.1f * world_normal.z() +
-                      0.5f * lambert / (0.7f + 0.12f * to_light.squaredNorm());
+  const Eigen::Vector3f to_light = primitive.light - point;
+  const float distance2 = to_light.squaredNorm();
+  const float lambert = std::max(0.f, normal.dot(to_light) / std::sqrt(distance2));
+  const float light = 0.52f + 0.1f * normal.dot(primitive.up) +
+                      0.5f * lambert / (0.7f + 0.12f * distance2);
   return albedo * light;
+}
+
+void
+Scene::addPrimitive(Primitive primitive)
+{
+  const Eigen::Matrix3d local_from_world = primitive.world_from_local.transpose();
+  primitive.light =
+      (local_from_world * (light_position - primitive.center)).cast<float>();
+  primitive.up = local_from_world.col(2).cast<float>();
+  primitive.first_face = int(faces_.size()) - 6;
+  primitives_.push_back(primitive);
 }
 
 int
@@ -213,7 +224,6 @@ void
 Scene::addBox(Primitive box, const BoxLayout& layout, cv::Mat image)
 {
   const int texture = addTexture(image);
-  box.first_face = int(faces_.size());
   for (int side = 0; side < 6; ++side) {
     const Side& s = box_sides[side];
     const cv::Rect& rect = layout.sides[side];
@@ -229,7 +239,7 @@ Scene::addBox(Primitive box, const BoxLayout& layout, cv::Mat image)
                    float(rect.y) + 0.5f * float(rect.height) - 0.5f};
     faces_.push_back(face);
   }
-  primitives_.push_back(box);
+  addPrimitive(box);
 }
 
 void
@@ -239,7 +249,6 @@ Scene::addRoom(const Eigen::Vector3d& half, const std::array<cv::Mat, 6>& sides)
   room.shape = Shape::ROOM;
   room.half = half;
   room.center.z() = half.z();
-  room.first_face = int(faces_.size());
   for (int side = 0; side < 6; ++side) {
     const Side& s = box_sides[side];
     Face face;
@@ -255,7 +264,7 @@ Scene::addRoom(const Eigen::Vector3d& half, const std::array<cv::Mat, 6>& sides)
                    0.5f * float(sides[side].rows) - 0.5f};
     faces_.push_back(face);
   }
-  primitives_.push_back(room);
+  addPrimitive(room);
 }
 
 void
@@ -263,7 +272,6 @@ Scene::addRound(Primitive primitive, cv::Mat image, double density)
 {
   const int texture = addTexture(image);
   const bool is_sphere = primitive.shape == Shape::SPHERE;
-  primitive.first_face = int(faces_.size());
   for (int side = 0; side < 6; ++side) {
     // The ends of a cylinder are laid out like top and bottom of a box.
     const Side& s = box_sides[is_sphere ? side : (side == 1 ? 4 : 5)];
@@ -279,7 +287,7 @@ Scene::addRound(Primitive primitive, cv::Mat image, double density)
       face.offset = {step * (0.5f + float(side % 3)), step * (0.5f + float(side / 3))};
     faces_.push_back(face);
   }
-  primitives_.push_back(primitive);
+  addPrimitive(primitive);
 }
 
 } // namespace simulation

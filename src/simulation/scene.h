@@ -20,7 +20,9 @@ struct Primitive {
   Eigen::Vector3d center = Eigen::Vector3d::Zero();
   Eigen::Vector3d half =
       Eigen::Vector3d::Zero(); ///< half extents of the bounding box [m]
-  int first_face = 0;          ///< of 6 (cylinder: side, top, bottom)
+  int first_face = 0;    ///< of 6 (cylinder: side, top, bottom)
+  Eigen::Vector3f light; ///< where it is, in the primitive's frame [m]
+  Eigen::Vector3f up;    ///< the world's z axis in the primitive's frame
 };
 
 /** How a side of a primitive is textured. Planar sides: texel = gradient * point +
@@ -93,6 +95,9 @@ public:
 private:
   int
   addTexture(const cv::Mat& image);
+  /** Registers `primitive` with its faces' first index and its light. */
+  void
+  addPrimitive(Primitive primitive);
 
   std::vector<Primitive> primitives_;
   std::vector<Face> faces_;

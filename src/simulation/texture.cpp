@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <opencv2/core/hal/intrin.hpp>
 #include <opencv2/imgproc.hpp>
 
 namespace bundle_icp {
@@ -41,14 +42,20 @@ Texture::bilinear(const Level& level, const Eigen::Vector2f& uv)
   const int u0 = std::min(int(u), level.width - 2),
             v0 = std::min(int(v), level.height - 2);
   const float a = u - float(u0), b = v - float(v0);
-  const std::uint32_t* top = &level.texels[std::size_t(v0) * level.width + u0];
-  const std::uint32_t* bottom = top + level.width;
-  const auto color = [](std::uint32_t texel) {
-    return Eigen::Array4f(float(texel & 255), float(texel >> 8 & 255),
-                          float(texel >> 16 & 255), 0);
+  const auto* top = reinterpret_cast<const uchar*>(
+      level.texels.data() + std::ptrdiff_t(v0) * level.width + u0);
+  const uchar* bottom = top + 4 * std::ptrdiff_t(level.width);
+  const auto color = [](const uchar* texel) {
+    return cv::v_cvt_f32(cv::v_reinterpret_as_s32(cv::v_load_expand_q(texel)));
   };
-  return (color(top[0]) * (1 - a) + color(top[1]) * a) * (1 - b) +
-         (color(bottom[0]) * (1 - a) + color(bottom[1]) * a) * b;
+  const cv::v_float32x4 upper =
+      color(top) * cv::v_setall_f32(1 - a) + color(top + 4) * cv::v_setall_f32(a);
+  const cv::v_float32x4 lower =
+      color(bottom) * cv::v_setall_f32(1 - a) + color(bottom + 4) * cv::v_setall_f32(a);
+  Eigen::Array4f result;
+  cv::v_store(result.data(),
+              upper * cv::v_setall_f32(1 - b) + lower * cv::v_setall_f32(b));
+  return result;
 }
 
 Eigen::Array4f

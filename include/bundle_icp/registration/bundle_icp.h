@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#pragma once
+
+#include <bundle_icp/registration/point_alignment.h>
+
+#include <pcl/point_types.h>
+#include <pcl/registration/registration.h>
+
+#include <functional>
+
+namespace bundle_icp {
+
+/** Registers a new frame against the virtual depth of the registered ones, Algorithm 1 of the
+ *  paper, behind PCL's registration interface.
+ *
+ *  \code
+ *  bundle_icp::BundleICP<pcl::PointXYZRGBNormal, pcl::PointXYZRGBNormal> reg;
+ *  reg.setCameraIntrinsics(camera);
+ *  reg.setInputSource(toPointCloud(makeDepthView(frame.depth, camera)));
+ *  reg.setInputTarget(toPointCloud(renderVirtualDepth(views, camera, world_from_virtual)));
+ *  reg.setVirtualDepthPose(world_from_virtual);
+ *  reg.setVisualCorrespondences(source_points, target_points, weights); // optional
+ *  reg.align(aligned, guess);
+ *  if (reg.hasConverged())
+ *    world_from_camera = reg.getFinalTransformation();
+ *  \endcode
+ *
+ *  When both clouds are organized, a camera is known and the target projects onto its own
+ *  grid from the virtual pose, points are associated by projection and lengths are metres.
+ *  Otherwise it is an ICP with a kd-tree in any unit of length. Both are point-to-plane,
+ *  robust and coarse to fine; a target without normals gets them from its neighbourhoods.
+ *
+ *  Inherited setters keep PCL's meaning: the transformation epsilon is a squared length
+ *  (default 1e-8), the rotation epsilon a cosine (default 0: 1 - transformation epsilon), the
+ *  Euclidean fitness epsilon a relative change of the mean squared distance. At most 50
+ *  iterations by default. As in pcl::IterativeClosestPoint, reaching the limit counts as
+ *  converged. The kd-tree of the target is built when it is first needed. */
+template <typename PointSource, typename PointTarget, typename Scalar = float>
+class BundleICP : public pcl::Registration<PointSource, PointTarget, Scalar> {
+  using Base = pcl::Registration<PointSource, PointTarget, Scalar>;
+
+public:
+  using Ptr = pcl::shared_ptr<BundleICP>;
+  using ConstPtr = pcl::shared_ptr<const BundleICP>;
+  using typename Base::Matrix4;
+  using typename Base::PointCloudSource;
+  using typename Base::PointCloudSourceConstPtr;
+  using typename Base::PointCloudTarget;
+  using typename Base::PointCloudTargetConstPtr;
+  using typename Base::PointCloudTargetPtr;
+  using VirtualDepthRenderer = std::function<PointCloudTargetPtr(const Eigen::Isometry3d&)>;
+
+  BundleICP();
+
+  /** Camera frame, metres, NaN = no depth. A null or empty cloud is refused with PCL_ERROR and
+   *  leaves no source: the next align() fails. */
+  void
+  setInputSource(const PointCloudSourceConstPtr& cloud) override;
+
+  /** World frame, metres, NaN = nothing seen. Null or empty: as for the source. */
+  void
+  setInputTarget(const PointCloudTargetConstPtr& cloud) override;
+
+  /** Camera of the source frame and of the virtual depth.
+   *  \throws pcl::BadArgumentException when it cannot be a camera. */
+  void
+  setCameraIntrinsics(const CameraIntrinsics& camera);
+
+  /** Where the target was rendered; identity until set, which fits a target in its own
+   *  camera frame. \throws pcl::BadArgumentException for a matrix that is not rigid. */
+  void
+  setVirtualDepthPose(const Eigen::Isometry3d& world_from_virtual);
+
+  /** Evidence from matched features (Algorithm 1, line 1), used by every align() until it is
+   *  replaced; empty lists remove it. The initial pose is their robust least-squares fit; the
+   *  guess of align() serves only when they do not support a pose.
+   *  \param source_points in the source camera frame [m]
+   *  \param target_points in the world frame [m]
+   *  \param weights 1 / sigma^2 of each pair's distance [1/m^2]
+   *  \throws pcl::BadArgumentException for lists of different length, values that are not
+   *  finite or weights that are not positive. */
+  void
+  setVisualCorrespondences(const std::vector<Eigen::Vector3d>& source_points,
+                           const std::vector<Eigen::Vector3d>& target_points,
+                           const std::vector<double>& weights);
+
+  /** Renders the target anew when the pose has moved further than 2 cm or 2 degrees from where it
+   *  was rendered. Empty: never. */
+  void
+  setVirtualDepthRenderer(const VirtualDepthRenderer& render);
+
+  /** Depth noise of the source, for projective association.
+   *  \throws pcl::BadArgumentException when invalid. */
+  void
+  setDepthNoise(const DepthNoise& noise);
+
+  /** Threads to use, 0 = all (default). \throws pcl::BadArgumentException when negative. */
+  void
+  setNumberOfThreads(int num_threads);
+
+  /** Outcome of the last align(). */
+  const BundleICPResult&
+  getResult() const
+  {
+    return result_;
+  }
+
+protected:
+  void
+  computeTransformation(PointCloudSource& output, const Matrix4& guess) override;
+
+private:
+  class LazyKdTree;
+
+  void
+  dropResult();
+  AlignmentProblem
+  makeProblem();
+
+  AlignmentProblem settings_; ///< camera, virtual pose, visual evidence, noise and threads
+  VirtualDepthRenderer render_;
+  PointCloudTargetConstPtr rendered_; ///< the last rendered target of the running align()
+  BundleICPResult result_;
+};
+
+} // namespace bundle_icp
+
+#include <bundle_icp/registration/impl/bundle_icp.hpp>
+
+#if !defined(PCL_NO_PRECOMPILE) && !defined(BUNDLE_ICP_BUNDLE_ICP_CPP_)
+extern template class bundle_icp::BundleICP<pcl::PointXYZ, pcl::PointXYZ>;
+extern template class bundle_icp::BundleICP<pcl::PointXYZRGB, pcl::PointXYZRGB>;
+extern template class bundle_icp::BundleICP<pcl::PointNormal, pcl::PointNormal>;
+extern template class bundle_icp::BundleICP<pcl::PointXYZRGBNormal, pcl::PointXYZRGBNormal>;
+#endif

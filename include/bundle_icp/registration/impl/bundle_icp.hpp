@@ -1,0 +1,289 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#pragma once
+
+#include <bundle_icp/registration/bundle_icp.h>
+
+#include <pcl/common/transforms.h>
+#include <pcl/exceptions.h>
+#include <pcl/search/impl/search.hpp>
+#include <pcl/search/kdtree.h>
+
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+
+namespace bundle_icp {
+
+/** A kd-tree that is built by the first search: projective association needs none, but
+ *  getFitnessScore() does. A point that is not finite has no neighbours. */
+template <typename PointSource, typename PointTarget, typename Scalar>
+class BundleICP<PointSource, PointTarget, Scalar>::LazyKdTree
+: public pcl::search::KdTree<PointTarget> {
+  using Tree = pcl::search::KdTree<PointTarget>;
+
+public:
+  void
+  setInputCloud(const PointCloudTargetConstPtr& cloud,
+                const pcl::IndicesConstPtr& indices = {}) override
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    this->input_ = cloud;
+    this->indices_ = indices;
+    built_ = false;
+  }
+
+  int
+  nearestKSearch(const PointTarget& point, int k, pcl::Indices& indices,
+                 std::vector<float>& squared_distances) const override
+  {
+    // What getFitnessScore() reads even when nothing was found: beyond any range.
+    indices.assign(static_cast<std::size_t>(k), 0);
+    squared_distances.assign(static_cast<std::size_t>(k), std::numeric_limits<float>::infinity());
+    if (!pcl::isFinite(point) || !build())
+      return 0;
+    return Tree::nearestKSearch(point, k, indices, squared_distances);
+  }
+
+  int
+  radiusSearch(const PointTarget& point, double radius, pcl::Indices& indices,
+               std::vector<float>& squared_distances, unsigned int max_nn = 0) const override
+  {
+    indices.clear();
+    squared_distances.clear();
+    if (!pcl::isFinite(point) || !build())
+      return 0;
+    return Tree::radiusSearch(point, radius, indices, squared_distances, max_nn);
+  }
+
+private:
+  bool
+  build() const
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (!built_ && this->input_) {
+      has_points_ = std::any_of(this->input_->begin(), this->input_->end(),
+                                [](const PointTarget& p) { return pcl::isFinite(p); });
+      if (has_points_)
+        this->tree_->setInputCloud(this->input_, this->indices_);
+      built_ = true;
+    }
+    return built_ && has_points_;
+  }
+
+  mutable std::mutex mutex_;
+  mutable bool built_ = false, has_points_ = false;
+};
+
+namespace detail {
+
+template <typename PointT>
+PointsView
+viewPoints(const pcl::PointCloud<PointT>& cloud)
+{
+  static_assert(sizeof(PointT) % sizeof(float) == 0, "points must be padded to whole floats");
+  PointsView view;
+  view.xyz = &cloud.front().x;
+  view.stride = sizeof(PointT) / sizeof(float);
+  view.size = cloud.size();
+  view.width = static_cast<int>(cloud.width);
+  view.height = static_cast<int>(cloud.height);
+  if constexpr (pcl::traits::has_normal<PointT>::value)
+    view.normals = &cloud.front().normal_x;
+  return view;
+}
+
+} // namespace detail
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+BundleICP<PointSource, PointTarget, Scalar>::BundleICP()
+{
+  this->reg_name_ = "BundleICP";
+  this->max_iterations_ = settings_.max_iterations;
+  this->transformation_epsilon_ = settings_.translation_epsilon;
+  this->tree_.reset(new LazyKdTree);
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+void
+BundleICP<PointSource, PointTarget, Scalar>::dropResult()
+{
+  this->converged_ = false;
+  this->nr_iterations_ = 0;
+  result_ = BundleICPResult();
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+void
+BundleICP<PointSource, PointTarget, Scalar>::setInputSource(const PointCloudSourceConstPtr& cloud)
+{
+  dropResult();
+  if (cloud && !cloud->empty()) {
+    Base::setInputSource(cloud);
+    return;
+  }
+  PCL_ERROR("[bundle_icp::%s::setInputSource] The cloud is null or empty\n",
+            this->getClassName().c_str());
+  this->input_.reset();
+  this->final_transformation_.setIdentity();
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+void
+BundleICP<PointSource, PointTarget, Scalar>::setInputTarget(const PointCloudTargetConstPtr& cloud)
+{
+  dropResult();
+  if (cloud && !cloud->empty()) {
+    Base::setInputTarget(cloud);
+    return;
+  }
+  PCL_ERROR("[bundle_icp::%s::setInputTarget] The cloud is null or empty\n",
+            this->getClassName().c_str());
+  this->target_.reset();
+  this->final_transformation_.setIdentity();
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+void
+BundleICP<PointSource, PointTarget, Scalar>::setCameraIntrinsics(const CameraIntrinsics& camera)
+{
+  std::string error;
+  if (!camera.isValid(&error))
+    throw pcl::BadArgumentException("BundleICP::setCameraIntrinsics: " + error);
+  settings_.camera = camera;
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+void
+BundleICP<PointSource, PointTarget, Scalar>::setVirtualDepthPose(
+    const Eigen::Isometry3d& world_from_virtual)
+{
+  if (!isRigid(world_from_virtual.matrix()))
+    throw pcl::BadArgumentException(
+        "BundleICP::setVirtualDepthPose: the matrix is not a rigid motion");
+  settings_.world_from_virtual = closestPose(world_from_virtual.matrix());
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+void
+BundleICP<PointSource, PointTarget, Scalar>::setVisualCorrespondences(
+    const std::vector<Eigen::Vector3d>& source_points,
+    const std::vector<Eigen::Vector3d>& target_points,
+    const std::vector<double>& weights)
+{
+  const VisualCorrespondences visual{source_points, target_points, weights};
+  std::string error;
+  if (!isValid(visual, &error))
+    throw pcl::BadArgumentException("BundleICP::setVisualCorrespondences: " + error);
+  settings_.visual = visual;
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+void
+BundleICP<PointSource, PointTarget, Scalar>::setVirtualDepthRenderer(
+    const VirtualDepthRenderer& render)
+{
+  render_ = render;
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+void
+BundleICP<PointSource, PointTarget, Scalar>::setDepthNoise(const DepthNoise& noise)
+{
+  std::string error;
+  if (!noise.isValid(&error))
+    throw pcl::BadArgumentException("BundleICP::setDepthNoise: " + error);
+  settings_.noise = noise;
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+void
+BundleICP<PointSource, PointTarget, Scalar>::setNumberOfThreads(int num_threads)
+{
+  if (num_threads < 0)
+    throw pcl::BadArgumentException("BundleICP::setNumberOfThreads: " +
+                                    std::to_string(num_threads) + " must be at least 0");
+  settings_.num_threads = num_threads;
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+AlignmentProblem
+BundleICP<PointSource, PointTarget, Scalar>::makeProblem()
+{
+  AlignmentProblem problem = settings_;
+  problem.source = detail::viewPoints(*this->input_);
+  problem.target = detail::viewPoints(*this->target_);
+  problem.source_indices = this->indices_.get();
+  problem.max_iterations = this->max_iterations_;
+  problem.max_distance = this->corr_dist_threshold_;
+  problem.translation_epsilon = this->transformation_epsilon_;
+  problem.rotation_epsilon = this->transformation_rotation_epsilon_ > 0
+                                 ? this->transformation_rotation_epsilon_
+                                 : 1 - this->transformation_epsilon_;
+  problem.fitness_epsilon = this->euclidean_fitness_epsilon_;
+  problem.nearest = [this](const float* xyz, int k, std::vector<int>& indices) {
+    PointTarget query;
+    query.x = xyz[0];
+    query.y = xyz[1];
+    query.z = xyz[2];
+    thread_local std::vector<float> squared_distances;
+    indices.resize(static_cast<std::size_t>(std::max(
+        0, this->tree_->nearestKSearch(query, k, indices, squared_distances))));
+  };
+  if (render_)
+    problem.render = [this](const Pose& pose) -> std::optional<PointsView> {
+      const PointCloudTargetConstPtr cloud = render_(pose);
+      if (!cloud || cloud->empty())
+        return std::nullopt;
+      rendered_ = cloud;
+      return detail::viewPoints(*rendered_);
+    };
+  return problem;
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+void
+BundleICP<PointSource, PointTarget, Scalar>::computeTransformation(PointCloudSource& output,
+                                                                   const Matrix4& guess)
+{
+  dropResult();
+  rendered_ = this->target_;
+  const Eigen::Matrix4d start = guess.template cast<double>();
+  if (!isRigid(start)) {
+    PCL_ERROR("[bundle_icp::%s::align] The guess is not a rigid motion\n",
+              this->getClassName().c_str());
+    result_.status = BundleICPStatus::INVALID_INPUT;
+    return;
+  }
+  const PointCloudSource subset = output;
+  const auto transformOutput = [&](const Pose& pose) {
+    const Matrix4 matrix = pose.matrix().template cast<Scalar>();
+    if constexpr (pcl::traits::has_normal<PointSource>::value)
+      pcl::transformPointCloudWithNormals(subset, output, matrix);
+    else
+      pcl::transformPointCloud(subset, output, matrix);
+  };
+  AlignmentProblem problem = makeProblem();
+  if (this->update_visualizer_)
+    problem.on_iteration = [&](const Pose& pose, const std::vector<int>& source,
+                               const std::vector<int>& target) {
+      transformOutput(pose);
+      this->update_visualizer_(output, source, *rendered_, target);
+    };
+  const Alignment alignment = alignPoints(problem, closestPose(start));
+  result_ = alignment.result;
+  this->nr_iterations_ = result_.iterations;
+  this->converged_ = result_.status == BundleICPStatus::CONVERGED ||
+                     result_.status == BundleICPStatus::MAX_ITERATIONS;
+  this->final_transformation_ =
+      alignment.world_from_source.matrix().template cast<Scalar>();
+  this->transformation_ = alignment.last_step.matrix().template cast<Scalar>();
+  this->previous_transformation_ =
+      (alignment.last_step.inverse() * alignment.world_from_source).matrix().template cast<Scalar>();
+  transformOutput(alignment.world_from_source);
+}
+
+} // namespace bundle_icp
+
+#define PCL_INSTANTIATE_BundleICP(T)                                                     \
+  template class BUNDLE_ICP_EXPORT bundle_icp::BundleICP<T, T>;

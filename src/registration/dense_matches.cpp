@@ -1,0 +1,331 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#include "dense_matches.h"
+
+#include "simd.h"
+#include "threads.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace bundle_icp {
+namespace {
+
+/** Entries that one task sums. Fixed, so that sums do not depend on the number of threads. */
+constexpr std::size_t CHUNK = 4096;
+constexpr std::size_t LANES = 16;
+/** 21 entries of H, 6 of g, and 6 further sums. */
+constexpr std::size_t SUMS = 33;
+
+struct Sums {
+  double value[SUMS] = {};
+};
+
+/** Products of one lane block, added up in float lanes and folded into doubles per chunk. */
+BUNDLE_ICP_SIMD void
+sumChunk(const Matches& m, std::size_t begin, std::size_t end, float cutoff, float inlier, Sums& sums)
+{
+  alignas(64) float acc[SUMS][LANES] = {};
+  const float inverse_cutoff = 1 / cutoff;
+  for (std::size_t block = begin; block < end; block += LANES) {
+    alignas(64) float J[6][LANES], w[LANES], r[LANES], wm[LANES], in[LANES], hit[LANES];
+    const float *px = &m.px[block], *py = &m.py[block], *pz = &m.pz[block];
+    const float *nx = &m.nx[block], *ny = &m.ny[block], *nz = &m.nz[block];
+    const float *res = &m.residual[block], *inv = &m.inverse_sigma[block];
+    for (std::size_t l = 0; l < LANES; ++l) {
+      J[0][l] = py[l] * nz[l] - pz[l] * ny[l];
+      J[1][l] = pz[l] * nx[l] - px[l] * nz[l];
+      J[2][l] = px[l] * ny[l] - py[l] * nx[l];
+      J[3][l] = nx[l];
+      J[4][l] = ny[l];
+      J[5][l] = nz[l];
+      r[l] = res[l];
+      const float e = std::abs(res[l] * inv[l]);
+      const float t = e * inverse_cutoff;
+      const float inside = t < 1 ? 1 - t * t : 0;
+      hit[l] = inv[l] > 0 ? 1.0f : 0.0f;
+      wm[l] = inside * inside * hit[l];
+      w[l] = wm[l] * inv[l] * inv[l];
+      in[l] = e < inlier ? hit[l] : 0.0f;
+    }
+    std::size_t k = 0;
+    for (int a = 0; a < 6; ++a)
+      for (int b = a; b < 6; ++b, ++k)
+        for (std::size_t l = 0; l < LANES; ++l)
+          acc[k][l] += w[l] * J[a][l] * J[b][l];
+    for (int a = 0; a < 6; ++a, ++k)
+      for (std::size_t l = 0; l < LANES; ++l)
+        acc[k][l] += w[l] * J[a][l] * r[l];
+    for (std::size_t l = 0; l < LANES; ++l) {
+      acc[27][l] += w[l];
+      acc[28][l] += wm[l] * r[l] * r[l];
+      acc[29][l] += wm[l];
+      acc[30][l] += hit[l];
+      acc[31][l] += in[l];
+      acc[32][l] += in[l] * r[l] * r[l];
+    }
+  }
+  for (std::size_t k = 0; k < SUMS; ++k)
+    for (std::size_t l = 0; l < LANES; ++l)
+      sums.value[k] += static_cast<double>(acc[k][l]);
+}
+
+/** Everything that matching one chunk by projection reads. */
+struct Projection {
+  float image[3][4]; // homogeneous pixel of a source point
+  float world[3][4]; // position about the centre
+  float rotation[3][3];
+  float center[3];
+  float max_squared, min_cosine;
+  float noise_constant, noise_quadratic, noise_offset;
+  int width, height;
+
+  Projection(const CameraIntrinsics& camera, const Pose& pose, const Pose& world_from_virtual,
+             const Eigen::Vector3d& about, const DepthNoise& noise, float max_distance)
+  : max_squared(max_distance < 1e18f ? max_distance * max_distance : 3e38f), min_cosine(0.6f),
+    noise_constant(static_cast<float>(noise.constant)),
+    noise_quadratic(static_cast<float>(noise.quadratic)),
+    noise_offset(static_cast<float>(noise.offset)), width(camera.width), height(camera.height)
+  {
+    Eigen::Matrix3d k;
+    k << camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1;
+    const Pose virtual_from_source = world_from_virtual.inverse() * pose;
+    const Eigen::Matrix<double, 3, 4> p = k * virtual_from_source.matrix().topRows<3>();
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) {
+        image[i][j] = static_cast<float>(p(i, j));
+        world[i][j] = rotation[i][j] = static_cast<float>(pose.linear()(i, j));
+      }
+      image[i][3] = static_cast<float>(p(i, 3));
+      world[i][3] = static_cast<float>(pose.translation()[i] - about[i]);
+      center[i] = static_cast<float>(about[i]);
+    }
+  }
+};
+
+/** Moves the points and finds the target pixel that each projects to, -1 outside. */
+BUNDLE_ICP_SIMD void
+project(const Projection& p, const SourcePoints& s, std::size_t begin, std::size_t end, Matches& m)
+{
+  const float *x = s.x.data(), *y = s.y.data(), *z = s.z.data();
+  float *px = m.px.data(), *py = m.py.data(), *pz = m.pz.data();
+  float* inverse_sigma = m.inverse_sigma.data();
+  int* target = m.target.data();
+  const float right = static_cast<float>(p.width), bottom = static_cast<float>(p.height);
+  for (std::size_t i = begin; i < end; ++i) {
+    px[i] = p.world[0][0] * x[i] + p.world[0][1] * y[i] + p.world[0][2] * z[i] + p.world[0][3];
+    py[i] = p.world[1][0] * x[i] + p.world[1][1] * y[i] + p.world[1][2] * z[i] + p.world[1][3];
+    pz[i] = p.world[2][0] * x[i] + p.world[2][1] * y[i] + p.world[2][2] * z[i] + p.world[2][3];
+    const float a = p.image[0][0] * x[i] + p.image[0][1] * y[i] + p.image[0][2] * z[i] + p.image[0][3];
+    const float b = p.image[1][0] * x[i] + p.image[1][1] * y[i] + p.image[1][2] * z[i] + p.image[1][3];
+    const float c = p.image[2][0] * x[i] + p.image[2][1] * y[i] + p.image[2][2] * z[i] + p.image[2][3];
+    const float u = a / c + 0.5f, v = b / c + 0.5f;
+    const bool inside = c > 0.01f && u >= 0 && v >= 0 && u < right && v < bottom;
+    const int column = static_cast<int>(inside ? u : 0.0f);
+    const int row = static_cast<int>(inside ? v : 0.0f);
+    target[i] = inside ? row * p.width + column : -1;
+    const float d = z[i] - p.noise_offset;
+    inverse_sigma[i] = 1 / (p.noise_constant + p.noise_quadratic * d * d);
+  }
+}
+
+void
+rejectMatch(Matches& m, std::size_t i)
+{
+  m.target[i] = -1;
+  m.inverse_sigma[i] = m.residual[i] = m.px[i] = m.py[i] = m.pz[i] = 0;
+  m.nx[i] = m.ny[i] = m.nz[i] = 0;
+  m.normal_difference[i] = -1;
+}
+
+/** Reads the matched target points; keeps pairs that are close and face the same way. */
+void
+gather(const Projection& p, const PointsView& target, const SourcePoints& s, std::size_t begin,
+       std::size_t end, Matches& m)
+{
+  const bool has_normals = !s.nx.empty();
+  for (std::size_t i = begin; i < end; ++i) {
+    if (m.target[i] < 0) {
+      rejectMatch(m, i);
+      continue;
+    }
+    const std::size_t offset = static_cast<std::size_t>(m.target[i]) * target.stride;
+    const float *q = target.xyz + offset, *n = target.normals + offset;
+    const float dx = m.px[i] - (q[0] - p.center[0]), dy = m.py[i] - (q[1] - p.center[1]),
+                dz = m.pz[i] - (q[2] - p.center[2]);
+    const float squared = dx * dx + dy * dy + dz * dz;
+    const float residual = dx * n[0] + dy * n[1] + dz * n[2];
+    // Written so that NaN in point or normal fails.
+    bool keep = squared <= p.max_squared && std::abs(residual) < 3e38f;
+    float difference = -1;
+    if (keep && has_normals) {
+      const float sx = s.nx[i], sy = s.ny[i], sz = s.nz[i];
+      const float cosine =
+          n[0] * (p.rotation[0][0] * sx + p.rotation[0][1] * sy + p.rotation[0][2] * sz) +
+          n[1] * (p.rotation[1][0] * sx + p.rotation[1][1] * sy + p.rotation[1][2] * sz) +
+          n[2] * (p.rotation[2][0] * sx + p.rotation[2][1] * sy + p.rotation[2][2] * sz);
+      keep = cosine >= p.min_cosine;
+      difference = std::max(0.0f, 2 - 2 * cosine);
+    }
+    if (!keep) {
+      rejectMatch(m, i);
+      continue;
+    }
+    m.residual[i] = residual;
+    m.nx[i] = n[0];
+    m.ny[i] = n[1];
+    m.nz[i] = n[2];
+    m.normal_difference[i] = difference;
+  }
+}
+
+/** Median of the values in (0, limit) by a histogram, unset without any. */
+double
+histogramMedian(const std::vector<std::size_t>& bins, double bin_width)
+{
+  std::size_t total = 0, below = 0;
+  for (const std::size_t count : bins)
+    total += count;
+  for (std::size_t b = 0; b < bins.size(); ++b) {
+    if (2 * (below + bins[b]) >= total && bins[b] > 0)
+      return bin_width * (static_cast<double>(b) +
+                          (0.5 * static_cast<double>(total) - static_cast<double>(below)) /
+                              static_cast<double>(bins[b]));
+    below += bins[b];
+  }
+  return 0;
+}
+
+} // namespace
+
+void
+Matches::resize(std::size_t size)
+{
+  // Whole lane blocks: the padding has no match and weighs nothing.
+  const std::size_t padded = (size + LANES - 1) / LANES * LANES;
+  for (std::vector<float>* v : {&px, &py, &pz, &nx, &ny, &nz, &residual, &inverse_sigma})
+    v->assign(padded, 0.0f);
+  normal_difference.assign(padded, -1.0f);
+  target.assign(padded, -1);
+}
+
+SourcePoints
+selectSource(const AlignmentProblem& problem, int stride)
+{
+  const PointsView& source = problem.source;
+  const std::vector<int>& indices = *problem.source_indices;
+  const bool grid = source.height > 1;
+  SourcePoints points;
+  const std::size_t expected =
+      indices.size() / static_cast<std::size_t>(stride * stride) + static_cast<std::size_t>(source.width);
+  for (std::vector<float>* v : {&points.x, &points.y, &points.z, &points.nx, &points.ny, &points.nz})
+    v->reserve(expected);
+  points.index.reserve(expected);
+  for (std::size_t k = 0; k < indices.size(); ++k) {
+    const int i = indices[k];
+    if (i < 0 || static_cast<std::size_t>(i) >= source.size)
+      continue;
+    const int column = i % source.width, row = i / source.width;
+    if (stride > 1 && grid && (column % stride != stride / 2 || row % stride != stride / 2))
+      continue;
+    if (stride > 1 && !grid && k % static_cast<std::size_t>(stride * stride) != 0)
+      continue;
+    const std::size_t offset = static_cast<std::size_t>(i) * source.stride;
+    const float* p = source.xyz + offset;
+    const float* n = source.normals ? source.normals + offset : nullptr;
+    if (!(std::abs(p[0]) + std::abs(p[1]) + std::abs(p[2]) < 1e9f) ||
+        (n && !(std::abs(n[0]) + std::abs(n[1]) + std::abs(n[2]) < 4)))
+      continue;
+    points.x.push_back(p[0]);
+    points.y.push_back(p[1]);
+    points.z.push_back(p[2]);
+    if (n) {
+      points.nx.push_back(n[0]);
+      points.ny.push_back(n[1]);
+      points.nz.push_back(n[2]);
+    }
+    points.index.push_back(i);
+  }
+  return points;
+}
+
+void
+matchByProjection(const AlignmentProblem& problem, const CameraIntrinsics& camera,
+                  const PointsView& target, const SourcePoints& source, const Pose& pose,
+                  const Pose& world_from_virtual, const Eigen::Vector3d& center, float max_distance,
+                  Matches& matches)
+{
+  matches.resize(source.size());
+  const Projection projection(camera, pose, world_from_virtual, center, problem.noise, max_distance);
+  const std::size_t chunks = (source.size() + CHUNK - 1) / CHUNK;
+#pragma omp parallel for num_threads(resolveThreads(problem.num_threads)) schedule(static)
+  for (std::size_t c = 0; c < chunks; ++c) {
+    const std::size_t begin = c * CHUNK, end = std::min(source.size(), begin + CHUNK);
+    project(projection, source, begin, end, matches);
+    gather(projection, target, source, begin, end, matches);
+  }
+}
+
+double
+robustScale(const Matches& matches)
+{
+  // Bins on a finer scale near 0: noise-free data have residuals far below sigma.
+  constexpr double BIN = 0.02;
+  std::vector<std::size_t> bins(4000);
+  float largest = 0;
+  for (std::size_t i = 0; i < matches.size(); ++i)
+    largest = std::max(largest, std::abs(matches.residual[i] * matches.inverse_sigma[i]));
+  const double width = std::max(1e-6, std::min(BIN, static_cast<double>(largest) / 3999));
+  const double wide = std::max(width, static_cast<double>(largest) / 3999);
+  const float to_bin = static_cast<float>(1 / wide);
+  for (std::size_t i = 0; i < matches.size(); ++i)
+    if (matches.inverse_sigma[i] > 0) {
+      const float e = std::abs(matches.residual[i] * matches.inverse_sigma[i]) * to_bin;
+      ++bins[std::min<std::size_t>(bins.size() - 1, static_cast<std::size_t>(e))];
+    }
+  return 1.4826 * histogramMedian(bins, wide);
+}
+
+double
+normalSigma(const Matches& matches)
+{
+  constexpr double BIN = 1e-3;
+  std::vector<std::size_t> bins(2001);
+  for (std::size_t i = 0; i < matches.size(); ++i)
+    if (matches.normal_difference[i] >= 0)
+      ++bins[std::min<std::size_t>(2000, static_cast<std::size_t>(matches.normal_difference[i] / BIN))];
+  // Median of chi-squared with two degrees: 2 ln 2.
+  return std::sqrt(histogramMedian(bins, BIN) / (2 * std::log(2.0)));
+}
+
+DenseSystem
+accumulate(const Matches& matches, double scale, int num_threads)
+{
+  const std::size_t chunks = (matches.size() + CHUNK - 1) / CHUNK;
+  std::vector<Sums> partial(chunks);
+  const float cutoff = static_cast<float>(4.685 * scale), inlier = static_cast<float>(3 * scale);
+#pragma omp parallel for num_threads(resolveThreads(num_threads)) schedule(static)
+  for (std::size_t c = 0; c < chunks; ++c)
+    sumChunk(matches, c * CHUNK, std::min(matches.size(), (c + 1) * CHUNK), cutoff, inlier, partial[c]);
+  Sums total;
+  for (const Sums& sums : partial)
+    for (std::size_t k = 0; k < SUMS; ++k)
+      total.value[k] += sums.value[k];
+  DenseSystem system;
+  std::size_t k = 0;
+  for (int a = 0; a < 6; ++a)
+    for (int b = a; b < 6; ++b, ++k)
+      system.H(a, b) = system.H(b, a) = total.value[k];
+  for (int a = 0; a < 6; ++a, ++k)
+    system.g[a] = total.value[k];
+  system.weight = total.value[27];
+  system.squared_error = total.value[28];
+  system.weight_metric = total.value[29];
+  system.matched = static_cast<std::size_t>(total.value[30]);
+  system.inliers = static_cast<std::size_t>(total.value[31]);
+  system.squared_inliers = total.value[32];
+  return system;
+}
+
+} // namespace bundle_icp

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#pragma once
+
+#include <bundle_icp/registration/point_alignment.h>
+
+#include <vector>
+
+namespace bundle_icp {
+
+/** Source points of one level of detail, as arrays of one coordinate each. */
+struct SourcePoints {
+  std::vector<float> x, y, z;
+  std::vector<float> nx, ny, nz; ///< empty without normals
+  std::vector<int> index;        ///< in the source cloud
+  double patch = 1; ///< how many of these points share the noise of one measurement
+
+  std::size_t
+  size() const
+  {
+    return index.size();
+  }
+};
+
+/** One linearised distance per entry: residual r of a point p (relative to a centre) along a
+ *  unit direction n, over sigma. Entries without a match have inverse_sigma 0. */
+struct Matches {
+  std::vector<float> px, py, pz, nx, ny, nz, residual, inverse_sigma;
+  std::vector<float> normal_difference; ///< |n_source - n_target|^2, -1 = unknown
+  std::vector<int> target;              ///< matched target point, -1 = none
+
+  void
+  resize(std::size_t size);
+
+  std::size_t
+  size() const
+  {
+    return target.size();
+  }
+};
+
+/** Sums over matches: normal equations H delta = -g about the centre. */
+struct DenseSystem {
+  Matrix6d H = Matrix6d::Zero();
+  Vector6d g = Vector6d::Zero();
+  double weight = 0;         ///< sum of weights / sigma^2
+  double squared_error = 0;  ///< weighted sum of squared residuals [m^2]
+  double weight_metric = 0;  ///< sum of the same weights
+  std::size_t matched = 0;   ///< entries with a match
+  std::size_t inliers = 0;   ///< of these, within three (scaled) sigma
+  double squared_inliers = 0;///< their sum of squared residuals [m^2]
+};
+
+/** Every source point of the level: all that are finite, `stride`-th of the grid or list. */
+SourcePoints
+selectSource(const AlignmentProblem& problem, int stride);
+
+/** Associates by projection into the target's grid and fills matches. */
+void
+matchByProjection(const AlignmentProblem& problem, const CameraIntrinsics& camera,
+                  const PointsView& target, const SourcePoints& source, const Pose& pose,
+                  const Pose& world_from_virtual, const Eigen::Vector3d& center, float max_distance,
+                  Matches& matches);
+
+/** Ratio of observed to expected standard deviation: 1.4826 times the median of |r| / sigma. */
+double
+robustScale(const Matches& matches);
+
+/** Per-axis standard deviation of the angle between matched normals [rad], 0 if unknown. */
+double
+normalSigma(const Matches& matches);
+
+/** Sums the normal equations with Tukey's biweight at 4.685 `scale`. */
+DenseSystem
+accumulate(const Matches& matches, double scale, int num_threads);
+
+} // namespace bundle_icp

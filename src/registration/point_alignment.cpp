@@ -1,0 +1,341 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#include <bundle_icp/registration/point_alignment.h>
+
+#include "nearest_matches.h"
+#include "normal_equations.h"
+#include "target_grid.h"
+
+#include <pcl/console/print.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace bundle_icp {
+namespace {
+
+/** Source points used by the last level at most: more do not add independent measurements. */
+constexpr double POINTS_OF_LAST_LEVEL = 80000;
+/** Fewer points than this are no level of their own. */
+constexpr double MIN_POINTS_OF_LEVEL = 500;
+/** Largest distance of a projective match on the three levels [m]. */
+constexpr double LEVEL_DISTANCE[] = {0.5, 0.2, 0.1};
+/** Share of the iterations that may be spent up to the end of a level. */
+constexpr double LEVEL_BUDGET[] = {0.4, 0.7, 1};
+/** Observed noise counts as at least this share of the model's: residuals of exact data must
+ *  not declare every curvature an outlier. */
+constexpr double MIN_SCALE = 0.25;
+/** The virtual depth is rendered anew when the pose has moved further than this. */
+constexpr double RENDER_DISTANCE = 0.02, RENDER_ANGLE = 2 * M_PI / 180;
+constexpr int MAX_RENDERINGS = 4;
+/** Pixels of one independent measurement, at a focal length of 525 px. */
+constexpr double CORRELATED_PIXELS = 81, CORRELATED_FOCAL = 525;
+/** A direction of projective association that is known no better than this is not held [m]. */
+constexpr double MAX_DEVIATION = 0.02;
+
+class Aligner {
+public:
+  Aligner(const AlignmentProblem& problem, const Pose& guess)
+  : problem_(problem), nearest_(problem), pose_(guess)
+  {}
+
+  Alignment
+  run();
+
+private:
+  struct Evaluation {
+    DenseSystem dense;
+    VisualSystem visual;
+    double scale = 1;
+    Step step;
+  };
+
+  bool
+  prepare();
+  void
+  startFromVisualEvidence();
+  bool
+  renderAgain();
+  void
+  selectLevels();
+  bool
+  runLevel(std::size_t level);
+  Evaluation
+  evaluate();
+  bool
+  converged(const Pose& motion, std::size_t level) const;
+  void
+  iterate(const Evaluation& at);
+  void
+  notify() const;
+  void
+  report(const Evaluation& at);
+  bool
+  breaksVisualEvidence() const;
+
+  const AlignmentProblem& problem_;
+  NearestMatcher nearest_;
+  std::optional<TargetGrid> grid_;
+  std::optional<VisualPose> visual_pose_;
+  std::vector<SourcePoints> levels_;
+  const SourcePoints* source_ = nullptr;
+  double max_distance_ = 0;
+  Matches matches_;
+  Pose pose_, initial_pose_ = Pose::Identity();
+  Eigen::Vector3d center_ = Eigen::Vector3d::Zero();
+  double length_ = 1, mean_squared_ = -1;
+  Alignment out_;
+};
+
+void
+Aligner::startFromVisualEvidence()
+{
+  visual_pose_ = estimateVisualPose(problem_.visual);
+  if (visual_pose_) {
+    pose_ = visual_pose_->world_from_source;
+    out_.result.visual_initial_pose = true;
+  }
+  else if (!problem_.visual.source.empty())
+    PCL_DEBUG("[bundle_icp::BundleICP::align] %zu visual correspondences support no pose\n",
+              problem_.visual.source.size());
+}
+
+bool
+Aligner::renderAgain()
+{
+  if (!problem_.render || !grid_ || out_.result.renderings >= MAX_RENDERINGS)
+    return false;
+  const Pose moved = grid_->world_from_virtual.inverse() * pose_;
+  if (moved.translation().norm() <= RENDER_DISTANCE && rotationAngle(moved) <= RENDER_ANGLE)
+    return false;
+  ++out_.result.renderings;
+  std::string reason = "nothing was rendered";
+  const std::optional<PointsView> target = problem_.render(pose_);
+  std::optional<TargetGrid> grid;
+  if (target)
+    grid = makeTargetGrid(problem_, *target, pose_, reason);
+  if (!grid) {
+    PCL_WARN("[bundle_icp::BundleICP::align] The old virtual depth is kept: %s\n",
+             reason.c_str());
+    return false;
+  }
+  grid_ = std::move(grid);
+  return true;
+}
+
+/** From every fourth pixel of the last level's grid to that itself. */
+void
+Aligner::selectLevels()
+{
+  const double points = static_cast<double>(problem_.source_indices->size());
+  const int last = std::max(1, static_cast<int>(std::lround(std::sqrt(points / POINTS_OF_LAST_LEVEL))));
+  const double focal = problem_.camera ? problem_.camera->fx : CORRELATED_FOCAL;
+  for (const int stride : {4 * last, 2 * last, last}) {
+    SourcePoints level;
+    if (stride == last || points / (stride * stride) >= MIN_POINTS_OF_LEVEL)
+      level = selectSource(problem_, stride);
+    level.patch = std::max(1.0, CORRELATED_PIXELS * std::pow(focal / CORRELATED_FOCAL, 2) /
+                                    (stride * stride));
+    if (!grid_)
+      level.patch = 1;
+    levels_.push_back(std::move(level));
+  }
+}
+
+bool
+Aligner::prepare()
+{
+  if (problem_.camera && problem_.source.height > 1) {
+    std::string reason;
+    grid_ = makeTargetGrid(problem_, problem_.target, problem_.world_from_virtual, reason);
+    if (!grid_)
+      PCL_WARN("[bundle_icp::BundleICP::align] Associating by kd-tree: %s\n", reason.c_str());
+  }
+  out_.result.projective = grid_.has_value();
+  startFromVisualEvidence();
+  initial_pose_ = pose_;
+  selectLevels();
+  const SourcePoints& all = levels_.back();
+  if (all.size() == 0)
+    return false;
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  double squared = 0;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const Eigen::Vector3d p(all.x[i], all.y[i], all.z[i]);
+    mean += p;
+    squared += p.squaredNorm();
+  }
+  mean /= static_cast<double>(all.size());
+  center_ = pose_ * mean;
+  length_ = std::max(1e-9, std::sqrt(squared / static_cast<double>(all.size()) - mean.squaredNorm()));
+  return true;
+}
+
+Aligner::Evaluation
+Aligner::evaluate()
+{
+  const float limit = static_cast<float>(std::min(max_distance_, 1e18));
+  if (grid_)
+    matchByProjection(problem_, grid_->camera, grid_->points, *source_, pose_,
+                      grid_->world_from_virtual, center_, limit, matches_);
+  else
+    nearest_.match(*source_, pose_, center_, limit, matches_);
+  Evaluation at;
+  at.scale = std::max(grid_ ? MIN_SCALE : 1e-6 * length_, robustScale(matches_));
+  at.dense = accumulate(matches_, at.scale, problem_.num_threads);
+  if (visual_pose_)
+    at.visual = accumulateVisual(problem_.visual, pose_, center_, visual_pose_->scale);
+  Observability observability;
+  observability.length = length_;
+  const double sigma = normalSigma(matches_);
+  observability.min_share = std::max(observability.min_share, sigma * sigma);
+  if (grid_)
+    observability.max_deviation = MAX_DEVIATION;
+  // Better residuals than the model expects are no reason to trust them more.
+  const double noise = grid_ ? std::max(1.0, at.scale) : at.scale;
+  at.step = solve(at.dense, source_->patch * noise * noise, at.visual, observability);
+  return at;
+}
+
+bool
+Aligner::converged(const Pose& motion, std::size_t level) const
+{
+  // A coarse level only prepares the next.
+  const double loose = level + 1 < levels_.size() ? 100 : 1;
+  const double cosine = std::cos(rotationAngle(motion));
+  const Eigen::Vector3d moved = motion * center_ - center_;
+  return moved.squaredNorm() <= loose * problem_.translation_epsilon &&
+         1 - cosine <= loose * (1 - problem_.rotation_epsilon);
+}
+
+void
+Aligner::iterate(const Evaluation& at)
+{
+  Pose about = Pose::Identity();
+  about.translation() = center_;
+  out_.last_step = about * increment(at.step.delta) * about.inverse();
+  pose_ = closestPose((out_.last_step * pose_).matrix());
+  ++out_.result.iterations;
+  if (problem_.on_iteration)
+    notify();
+}
+
+void
+Aligner::notify() const
+{
+  std::vector<int> source, target;
+  for (std::size_t i = 0; i < source_->size(); ++i)
+    if (matches_.target[i] >= 0) {
+      source.push_back(source_->index[i]);
+      target.push_back(matches_.target[i]);
+    }
+  problem_.on_iteration(pose_, source, target);
+}
+
+/** Iterates on one level. \return true when it converged within the budget. */
+bool
+Aligner::runLevel(std::size_t level)
+{
+  source_ = &levels_[level];
+  max_distance_ = grid_ ? std::min(problem_.max_distance, LEVEL_DISTANCE[level]) : problem_.max_distance;
+  const int budget = static_cast<int>(LEVEL_BUDGET[level] * problem_.max_iterations);
+  mean_squared_ = -1;
+  while (out_.result.iterations < budget) {
+    const Evaluation at = evaluate();
+    if (at.dense.matched < 6)
+      return false;
+    iterate(at);
+    const double mean = at.dense.squared_error / std::max(1e-300, at.dense.weight_metric);
+    const bool settled = mean_squared_ >= 0 && problem_.fitness_epsilon > 0 &&
+                         std::abs(mean - mean_squared_) < problem_.fitness_epsilon * mean_squared_;
+    mean_squared_ = mean;
+    if (settled || converged(out_.last_step, level))
+      return true;
+  }
+  return false;
+}
+
+/** True when the visual correspondences agree clearly less with the refined pose than with
+ *  their own: more than noise and a systematic error of either sensor explain. */
+bool
+Aligner::breaksVisualEvidence() const
+{
+  if (!visual_pose_)
+    return false;
+  const VisualSystem before =
+      accumulateVisual(problem_.visual, initial_pose_, center_, visual_pose_->scale);
+  const VisualSystem after = accumulateVisual(problem_.visual, pose_, center_, visual_pose_->scale);
+  return after.cost > 1.3 * before.cost + 20 ||
+         static_cast<double>(after.inliers) < 0.7 * static_cast<double>(before.inliers);
+}
+
+void
+Aligner::report(const Evaluation& at)
+{
+  BundleICPResult& result = out_.result;
+  const std::size_t used = matches_.size() >= 3 * source_->size() ? 3 * source_->size() : source_->size();
+  result.inliers = at.dense.inliers * source_->size() / std::max<std::size_t>(1, used);
+  result.overlap = static_cast<double>(at.dense.inliers) / static_cast<double>(used);
+  result.rmse = std::sqrt(at.dense.squared_inliers / std::max<double>(1, static_cast<double>(result.inliers)));
+  const VisualSystem visual = accumulateVisual(problem_.visual, pose_, center_,
+                                               visual_pose_ ? visual_pose_->scale : 1);
+  result.visual_inliers = visual.inliers;
+  result.visual_rmse =
+      std::sqrt(visual.squared_inliers / std::max<double>(1, static_cast<double>(visual.inliers)));
+  // From motions about the centre to motions about the origin of the world.
+  Matrix6d to_center = Matrix6d::Identity(), to_origin = to_center;
+  to_center.bottomLeftCorner<3, 3>() = -crossMatrix(center_);
+  to_origin.bottomLeftCorner<3, 3>() = crossMatrix(center_);
+  result.information = to_center.transpose() * at.step.information * to_center;
+  for (const Vector6d& direction : at.step.degenerate)
+    result.degenerate_directions.push_back((to_origin * direction).normalized());
+  out_.world_from_source = pose_;
+}
+
+Alignment
+Aligner::run()
+{
+  BundleICPResult& result = out_.result;
+  if (!prepare()) {
+    PCL_ERROR("[bundle_icp::BundleICP::align] The source has no finite point\n");
+    result.status = BundleICPStatus::INVALID_INPUT;
+    out_.world_from_source = pose_;
+    return out_;
+  }
+  bool done = false;
+  for (std::size_t level = 0; level < levels_.size(); ++level) {
+    renderAgain();
+    if (levels_[level].size() > 0)
+      done = runLevel(level);
+  }
+  while (done && renderAgain())
+    done = runLevel(levels_.size() - 1);
+  Evaluation at = evaluate();
+  result.status = done ? BundleICPStatus::CONVERGED : BundleICPStatus::MAX_ITERATIONS;
+  if (at.dense.matched < 6)
+    result.status = BundleICPStatus::TOO_FEW_CORRESPONDENCES;
+  else if (breaksVisualEvidence())
+    result.status = BundleICPStatus::REFINEMENT_REJECTED;
+  if (result.status == BundleICPStatus::TOO_FEW_CORRESPONDENCES ||
+      result.status == BundleICPStatus::REFINEMENT_REJECTED) {
+    pose_ = initial_pose_;
+    at = evaluate();
+  }
+  report(at);
+  return out_;
+}
+
+} // namespace
+
+Alignment
+alignPoints(const AlignmentProblem& problem, const Pose& guess)
+{
+  AlignmentProblem usable = problem;
+  if (!hasUnitNormals(usable.source))
+    usable.source.normals = nullptr;
+  if (!hasUnitNormals(usable.target))
+    usable.target.normals = nullptr;
+  return Aligner(usable, guess).run();
+}
+
+} // namespace bundle_icp

@@ -1,0 +1,285 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#include <bundle_icp/registration/virtual_depth.h>
+
+#include "threads.h"
+#include "warp_view.h"
+
+#include <pcl/exceptions.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace bundle_icp {
+namespace {
+
+constexpr float NOT_SEEN = std::numeric_limits<float>::quiet_NaN();
+/** A surface in front counts only with this share of the weight of what is seen behind it. */
+constexpr float MIN_WEIGHT_SHARE = 0.1f;
+
+/** What a view contributes to one virtual pixel. */
+struct Sample {
+  float depth, sigma, weight;
+  Eigen::Vector3f normal;
+};
+
+/** A warped view with what turns its samples' weights and normals to the virtual camera. */
+struct Contribution {
+  const DepthView* view;
+  WarpedView warped;
+  Eigen::Matrix3f rotation; // virtual from view
+  Eigen::Vector3f center;   // of the view, in the virtual frame
+};
+
+struct Merger {
+  const std::vector<Contribution>& contributions;
+  const VirtualDepthOptions& options;
+  VirtualDepth& out;
+
+  bool
+  sample(const Contribution& from, int u, int v, const Eigen::Vector3f& ray, Sample& s) const;
+  void
+  mergePixel(int u, int v, std::vector<Sample>& samples) const;
+};
+
+bool
+Merger::sample(const Contribution& from, int u, int v, const Eigen::Vector3f& ray, Sample& s) const
+{
+  const float inverse = from.warped.inverse_depth.ptr<float>(v)[u];
+  if (!(inverse > 0))
+    return false;
+  const int pixel = from.warped.source.ptr<std::int32_t>(v)[u];
+  s.depth = 1 / inverse;
+  s.normal = from.rotation *
+             Eigen::Map<const Eigen::Vector3f>(from.view->normals.ptr<float>() + 3 * pixel);
+  // The measured depth moves the point along the view's ray; how far this moves the surface
+  // along the virtual ray depends on how both meet it.
+  const Eigen::Vector3f point = s.depth * ray;
+  const float view_depth = from.view->depth.ptr<float>()[pixel];
+  const float along_view = s.normal.dot(point - from.center) / view_depth;
+  const float along_virtual = s.normal.dot(ray);
+  if (along_virtual >= 0 || along_view >= 0)
+    return false;
+  const float gain = std::min(2.0f, along_virtual / along_view);
+  s.weight = from.view->weight.ptr<float>()[pixel] * gain * gain;
+  s.sigma = static_cast<float>(options.noise.sigma(s.depth));
+  return true;
+}
+
+/** Samples of the nearest surface, moved to the front: those within merge_sigmas of the first. */
+std::size_t
+nearestSurface(const Sample* samples, std::size_t count, float merge_sigmas)
+{
+  const float reach = merge_sigmas * std::sqrt(2.0f) * samples[0].sigma;
+  std::size_t end = 1;
+  while (end < count && samples[end].depth - samples[0].depth <= reach)
+    ++end;
+  return end;
+}
+
+float
+sumOfWeights(const Sample* begin, const Sample* end)
+{
+  float sum = 0;
+  for (const Sample* s = begin; s != end; ++s)
+    sum += s->weight;
+  return sum;
+}
+
+void
+Merger::mergePixel(int u, int v, std::vector<Sample>& samples) const
+{
+  const Eigen::Vector3f ray(static_cast<float>((u - out.camera.cx) / out.camera.fx),
+                            static_cast<float>((v - out.camera.cy) / out.camera.fy), 1);
+  samples.clear();
+  Sample s;
+  for (const Contribution& from : contributions)
+    if (sample(from, u, v, ray, s))
+      samples.push_back(s);
+  if (samples.empty())
+    return;
+  std::stable_sort(samples.begin(), samples.end(),
+                   [](const Sample& a, const Sample& b) { return a.depth < b.depth; });
+  const float sigmas = static_cast<float>(options.merge_sigmas);
+  const Sample *begin = samples.data(), *last = begin + samples.size();
+  const Sample* end = begin + nearestSurface(begin, samples.size(), sigmas);
+  while (end != last &&
+         sumOfWeights(begin, end) < MIN_WEIGHT_SHARE * sumOfWeights(end, last)) {
+    begin = end;
+    end = begin + nearestSurface(begin, static_cast<std::size_t>(last - begin), sigmas);
+  }
+  float weight = 0, depth = 0;
+  Eigen::Vector3f normal = Eigen::Vector3f::Zero();
+  for (const Sample* i = begin; i != end; ++i) {
+    weight += i->weight;
+    depth += i->weight * (i->depth - begin->depth);
+    normal += i->weight * i->normal;
+  }
+  out.depth.at<float>(v, u) = begin->depth + depth / weight;
+  out.variance.at<float>(v, u) = 1 / weight;
+  normal.normalize();
+  out.normals.at<cv::Vec3f>(v, u) = cv::Vec3f(normal.x(), normal.y(), normal.z());
+}
+
+void
+checkViews(const std::vector<RegisteredView>& views)
+{
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const std::string name = "renderVirtualDepth: view " + std::to_string(i);
+    const DepthView* view = views[i].view;
+    if (!view)
+      throw pcl::BadArgumentException(name + " is a null pointer");
+    const cv::Size size(view->camera.width, view->camera.height);
+    if (view->depth.type() != CV_32FC1 || view->normals.type() != CV_32FC3 ||
+        view->weight.type() != CV_32FC1 || view->depth.size() != size ||
+        view->normals.size() != size || view->weight.size() != size ||
+        !view->depth.isContinuous() || !view->normals.isContinuous() ||
+        !view->weight.isContinuous())
+      throw pcl::BadArgumentException(name + " does not come from makeDepthView: type or "
+                                             "size of its images do not fit its camera");
+    if (!isRigid(views[i].world_from_camera.matrix()))
+      throw pcl::BadArgumentException(name + " has a pose that is not a rigid motion");
+  }
+}
+
+std::vector<Contribution>
+warpViews(const std::vector<RegisteredView>& views, const VirtualDepth& out,
+          const VirtualDepthOptions& options)
+{
+  std::vector<Contribution> contributions(views.size());
+  const Pose virtual_from_world = out.world_from_camera.inverse();
+#pragma omp parallel for num_threads(resolveThreads(options.num_threads)) schedule(dynamic, 1)
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const Pose virtual_from_view = virtual_from_world * views[i].world_from_camera;
+    contributions[i] = {views[i].view,
+                        warpView(*views[i].view, out.camera, virtual_from_view, options),
+                        virtual_from_view.linear().cast<float>(),
+                        virtual_from_view.translation().cast<float>()};
+  }
+  return contributions;
+}
+
+pcl::PointXYZRGBNormal
+makePoint(const Eigen::Vector3f& position, const cv::Vec3f& normal, float sigma)
+{
+  pcl::PointXYZRGBNormal point;
+  point.getVector3fMap() = position;
+  point.normal_x = normal[0];
+  point.normal_y = normal[1];
+  point.normal_z = normal[2];
+  point.curvature = sigma;
+  return point;
+}
+
+/** Organized cloud of a depth image; `sigma(v, u)` gives the standard deviation. */
+template <typename Sigma>
+pcl::PointCloud<pcl::PointXYZRGBNormal>::Ptr
+organizedCloud(const cv::Mat& depth, const cv::Mat& normals, const CameraIntrinsics& camera,
+               const Pose& target_from_camera, const Sigma& sigma)
+{
+  pcl::PointCloud<pcl::PointXYZRGBNormal>::Ptr cloud(new pcl::PointCloud<pcl::PointXYZRGBNormal>);
+  cloud->resize(depth.total());
+  cloud->width = static_cast<std::uint32_t>(depth.cols);
+  cloud->height = static_cast<std::uint32_t>(depth.rows);
+  cloud->is_dense = false;
+  const Eigen::Matrix3d rotation = target_from_camera.linear();
+  const Eigen::Matrix3f rotate = rotation.cast<float>();
+  const pcl::PointXYZRGBNormal nothing =
+      makePoint({NOT_SEEN, NOT_SEEN, NOT_SEEN}, {NOT_SEEN, NOT_SEEN, NOT_SEEN}, NOT_SEEN);
+  for (int v = 0; v < depth.rows; ++v)
+    for (int u = 0; u < depth.cols; ++u) {
+      pcl::PointXYZRGBNormal& point =
+          (*cloud)[static_cast<std::size_t>(v) * static_cast<std::size_t>(depth.cols) +
+                   static_cast<std::size_t>(u)];
+      const float z = depth.at<float>(v, u);
+      point = nothing;
+      if (!(z > 0))
+        continue;
+      const Eigen::Vector3d position =
+          rotation * camera.unproject(u, v, z) + target_from_camera.translation();
+      const cv::Vec3f n = normals.at<cv::Vec3f>(v, u);
+      const Eigen::Vector3f turned = rotate * Eigen::Vector3f(n[0], n[1], n[2]);
+      point = makePoint(position.cast<float>(), {turned.x(), turned.y(), turned.z()}, sigma(v, u));
+    }
+  return cloud;
+}
+
+} // namespace
+
+bool
+VirtualDepthOptions::isValid(std::string* error) const
+{
+  const auto fail = [error](const char* reason) {
+    if (error)
+      *error = reason;
+    return false;
+  };
+  if (!noise.isValid(error))
+    return false;
+  if (!(edge_sigmas > 0) || !std::isfinite(edge_sigmas))
+    return fail("edge_sigmas must be positive");
+  if (!(edge_distance >= 0) || !std::isfinite(edge_distance))
+    return fail("edge_distance must be at least 0 px");
+  if (!(max_view_angle > 0 && max_view_angle < 90))
+    return fail("max_view_angle must lie between 0 and 90 degrees");
+  if (!(merge_sigmas > 0) || !std::isfinite(merge_sigmas))
+    return fail("merge_sigmas must be positive");
+  if (num_threads < 0)
+    return fail("num_threads must be at least 0");
+  return true;
+}
+
+VirtualDepth
+renderVirtualDepth(const std::vector<RegisteredView>& views,
+                   const CameraIntrinsics& camera,
+                   const Pose& world_from_virtual,
+                   const VirtualDepthOptions& options)
+{
+  std::string error;
+  if (!options.isValid(&error) || !camera.isValid(&error))
+    throw pcl::BadArgumentException("renderVirtualDepth: " + error);
+  if (!isRigid(world_from_virtual.matrix()))
+    throw pcl::BadArgumentException("renderVirtualDepth: the virtual pose is not a rigid motion");
+  checkViews(views);
+  VirtualDepth out;
+  out.camera = camera.undistorted();
+  out.world_from_camera = world_from_virtual;
+  const cv::Size size(camera.width, camera.height);
+  out.depth = cv::Mat(size, CV_32FC1, cv::Scalar::all(NOT_SEEN));
+  out.normals = cv::Mat(size, CV_32FC3, cv::Scalar::all(NOT_SEEN));
+  out.variance = cv::Mat(size, CV_32FC1, cv::Scalar::all(NOT_SEEN));
+  const std::vector<Contribution> contributions = warpViews(views, out, options);
+  const Merger merger{contributions, options, out};
+#pragma omp parallel num_threads(resolveThreads(options.num_threads))
+  {
+    std::vector<Sample> samples;
+    samples.reserve(contributions.size());
+#pragma omp for schedule(static)
+    for (int v = 0; v < size.height; ++v)
+      for (int u = 0; u < size.width; ++u)
+        merger.mergePixel(u, v, samples);
+  }
+  return out;
+}
+
+pcl::PointCloud<pcl::PointXYZRGBNormal>::Ptr
+toPointCloud(const VirtualDepth& virtual_depth)
+{
+  return organizedCloud(virtual_depth.depth, virtual_depth.normals, virtual_depth.camera,
+                        virtual_depth.world_from_camera, [&](int v, int u) {
+                          return std::sqrt(virtual_depth.variance.at<float>(v, u));
+                        });
+}
+
+pcl::PointCloud<pcl::PointXYZRGBNormal>::Ptr
+toPointCloud(const DepthView& view)
+{
+  return organizedCloud(view.depth, view.normals, view.camera, Pose::Identity(),
+                        [&](int v, int u) {
+                          const float weight = view.weight.at<float>(v, u);
+                          return weight > 0 ? 1 / std::sqrt(weight) : NOT_SEEN;
+                        });
+}
+
+} // namespace bundle_icp

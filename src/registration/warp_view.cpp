@@ -1,0 +1,264 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#include "warp_view.h"
+
+#include "depth_edges.h"
+#include "simd.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace bundle_icp {
+namespace {
+
+/** Nearer to the virtual camera than this, nothing is rendered [m]. */
+constexpr float NEAR_PLANE = 0.05f;
+/** A mesh cell larger than this in the virtual view is too coarse to be of use [px]. */
+constexpr float MAX_CELL = 24;
+/** Overlap of neighbouring cells, as a share of a cell: closes the seams that rounding opens. */
+constexpr float SEAM = 2e-3f;
+
+/** One row of the mesh's vertices in the virtual image, and which neighbours they link to. */
+struct VertexRow {
+  std::vector<float> u, v, inverse_z;
+  std::vector<float> valid, link_right, link_down;
+
+  explicit VertexRow(std::size_t width)
+  : u(width), v(width), inverse_z(width), valid(width), link_right(width), link_down(width)
+  {}
+};
+
+/** Pixel (column, row) at depth z of the view lies at z (origin + column x + row y) +
+ *  translation in the virtual camera's homogeneous pixel coordinates. */
+struct Warp {
+  float x[3], y[3], origin[3], translation[3];
+
+  Warp(const CameraIntrinsics& from, const CameraIntrinsics& to, const Pose& to_from)
+  {
+    Eigen::Matrix3d k_from, k_to;
+    k_from << from.fx, 0, from.cx, 0, from.fy, from.cy, 0, 0, 1;
+    k_to << to.fx, 0, to.cx, 0, to.fy, to.cy, 0, 0, 1;
+    const Eigen::Matrix3d m = k_to * to_from.linear() * k_from.inverse();
+    const Eigen::Vector3d t = k_to * to_from.translation();
+    for (int i = 0; i < 3; ++i) {
+      x[i] = static_cast<float>(m(i, 0));
+      y[i] = static_cast<float>(m(i, 1));
+      origin[i] = static_cast<float>(m(i, 2));
+      translation[i] = static_cast<float>(t[i]);
+    }
+  }
+};
+
+BUNDLE_ICP_SIMD void
+warpRow(const float* z, const float* weight, int width, int row, const Warp& warp, VertexRow& out)
+{
+  float start[3];
+  for (int i = 0; i < 3; ++i)
+    start[i] = warp.origin[i] + static_cast<float>(row) * warp.y[i];
+  float* u = out.u.data();
+  float* v = out.v.data();
+  float* inverse = out.inverse_z.data();
+  float* valid = out.valid.data();
+  for (int c = 0; c < width; ++c) {
+    const float column = static_cast<float>(c);
+    const float depth = weight[c] > 0 ? z[c] : 1.0f;
+    const float a = depth * (start[0] + column * warp.x[0]) + warp.translation[0];
+    const float b = depth * (start[1] + column * warp.x[1]) + warp.translation[1];
+    const float w = depth * (start[2] + column * warp.x[2]) + warp.translation[2];
+    const bool in_front = weight[c] > 0 && w > NEAR_PLANE;
+    inverse[c] = 1 / (in_front ? w : 1.0f);
+    u[c] = a * inverse[c];
+    v[c] = b * inverse[c];
+    valid[c] = in_front ? 1.0f : 0.0f;
+  }
+}
+
+BUNDLE_ICP_SIMD void
+linkVertices(const float* a, const float* b, const float* valid_a, const float* valid_b,
+             int width, SurfaceLink linked, float* links)
+{
+  for (int c = 0; c < width; ++c)
+    links[c] = linked(a[c], b[c]) * valid_a[c] * valid_b[c];
+}
+
+struct Vertex {
+  float u, v, inverse_z;
+};
+
+/** The pixel buffer that one view is rendered into. */
+class Target {
+public:
+  Target(const CameraIntrinsics& camera, const VirtualDepthOptions& options)
+  : width(camera.width), height(camera.height), inverse(height, width, CV_32F),
+    source(height, width, CV_32S), count_(height, width, CV_32F),
+    constant_(static_cast<float>(options.merge_sigmas * options.noise.constant)),
+    quadratic_(static_cast<float>(options.merge_sigmas * options.noise.quadratic)),
+    offset_(static_cast<float>(options.noise.offset))
+  {
+    inverse.setTo(0);
+    source.setTo(-1);
+    count_.setTo(0);
+  }
+
+  /** Noise folds a mesh that is seen from aside, so that a pixel meets its surface several
+   *  times. These are averaged: taking the nearest would pull the surface to the camera. */
+  void
+  add(int u, int v, float inverse_z, int pixel)
+  {
+    float& held = inverse.ptr<float>(v)[u];
+    float& count = count_.ptr<float>(v)[u];
+    const float nearest = std::max(held, inverse_z), d = 1 / nearest - offset_;
+    // sigma(z) / z^2 is the standard deviation of inverse depth.
+    const float tolerance = (constant_ + quadratic_ * d * d) * nearest * nearest;
+    if (held > 0 && std::abs(inverse_z - held) <= tolerance) {
+      count += 1;
+      held += (inverse_z - held) / count;
+    }
+    else if (inverse_z > held) {
+      held = inverse_z;
+      count = 1;
+      source.ptr<std::int32_t>(v)[u] = pixel;
+    }
+  }
+
+  const int width, height;
+  cv::Mat inverse, source;
+
+private:
+  cv::Mat count_;
+  float constant_, quadratic_, offset_;
+};
+
+/** A cell of the mesh: corner `o`, the ends `a` and `b` of the two edges that leave it, and
+ *  for a whole quad the corner `c` opposite to it. */
+struct Cell {
+  Vertex o, a, b, c;
+  bool quad;
+  int pixel_o, step_a, step_b; // source pixel of o, and steps to those of a and b
+};
+
+void
+renderCell(const Cell& cell, int u0, int u1, int v0, int v1, Target& target)
+{
+  const float ax = cell.a.u - cell.o.u, ay = cell.a.v - cell.o.v;
+  const float bx = cell.b.u - cell.o.u, by = cell.b.v - cell.o.v;
+  const float determinant = ax * by - ay * bx;
+  // Turned around means seen from behind; a sliver carries no depth.
+  if (determinant <= 1e-4f)
+    return;
+  const float scale = 1 / determinant;
+  const float gx = cell.quad ? cell.c.u - cell.a.u - bx : 0;
+  const float gy = cell.quad ? cell.c.v - cell.a.v - by : 0;
+  const float da = cell.a.inverse_z - cell.o.inverse_z;
+  const float db = cell.b.inverse_z - cell.o.inverse_z;
+  const float dc = cell.quad ? cell.c.inverse_z - cell.a.inverse_z - db : 0;
+  for (int v = v0; v <= v1; ++v)
+    for (int u = u0; u <= u1; ++u) {
+      const float x = static_cast<float>(u) - cell.o.u, y = static_cast<float>(v) - cell.o.v;
+      float s = (x * by - y * bx) * scale, t = (ax * y - ay * x) * scale;
+      // A quad is nearly a parallelogram: two fixed-point steps invert its bilinear map.
+      for (int k = 0; k < 2 && cell.quad; ++k) {
+        const float xk = x - s * t * gx, yk = y - s * t * gy;
+        s = (xk * by - yk * bx) * scale;
+        t = (ax * yk - ay * xk) * scale;
+      }
+      const bool inside = s >= -SEAM && t >= -SEAM &&
+                          (cell.quad ? std::max(s, t) : s + t) <= 1 + SEAM;
+      if (inside)
+        target.add(u, v, cell.o.inverse_z + s * da + t * db + s * t * dc,
+                   cell.pixel_o + (s > 0.5f ? cell.step_a : 0) + (t > 0.5f ? cell.step_b : 0));
+    }
+}
+
+/** Renders the cell when a pixel centre lies in its bounding box. */
+void
+renderBounded(const Cell& cell, Target& target)
+{
+  float u_min = std::min({cell.o.u, cell.a.u, cell.b.u});
+  float u_max = std::max({cell.o.u, cell.a.u, cell.b.u});
+  float v_min = std::min({cell.o.v, cell.a.v, cell.b.v});
+  float v_max = std::max({cell.o.v, cell.a.v, cell.b.v});
+  if (cell.quad) {
+    u_min = std::min(u_min, cell.c.u);
+    u_max = std::max(u_max, cell.c.u);
+    v_min = std::min(v_min, cell.c.v);
+    v_max = std::max(v_max, cell.c.v);
+  }
+  if (u_max < -SEAM || v_max < -SEAM || u_min > static_cast<float>(target.width) ||
+      v_min > static_cast<float>(target.height) || u_max - u_min > MAX_CELL ||
+      v_max - v_min > MAX_CELL)
+    return;
+  const float seam_u = SEAM * (u_max - u_min), seam_v = SEAM * (v_max - v_min);
+  const int u0 = std::max(0, static_cast<int>(std::ceil(u_min - seam_u)));
+  const int u1 = std::min(target.width - 1, static_cast<int>(std::floor(u_max + seam_u)));
+  const int v0 = std::max(0, static_cast<int>(std::ceil(v_min - seam_v)));
+  const int v1 = std::min(target.height - 1, static_cast<int>(std::floor(v_max + seam_v)));
+  if (u0 <= u1 && v0 <= v1)
+    renderCell(cell, u0, u1, v0, v1, target);
+}
+
+Vertex
+vertex(const VertexRow& row, int column)
+{
+  const std::size_t c = static_cast<std::size_t>(column);
+  return {row.u[c], row.v[c], row.inverse_z[c]};
+}
+
+/** Cells between two rows of vertices. Where one of four vertices lies on another surface,
+ *  the triangle of the other three remains; `a` always follows `b` clockwise as in a quad. */
+void
+renderBetween(const VertexRow& top, const VertexRow& bottom, int row, int width, Target& target)
+{
+  for (int c = 0; c + 1 < width; ++c) {
+    const std::size_t i = static_cast<std::size_t>(c);
+    const bool t = top.link_right[i] > 0, b = bottom.link_right[i] > 0;
+    const bool l = top.link_down[i] > 0, r = top.link_down[i + 1] > 0;
+    const int links = t + b + l + r;
+    if (links < 2)
+      continue;
+    const int pixel = row * width + c;
+    const Vertex v00 = vertex(top, c), v10 = vertex(top, c + 1);
+    const Vertex v01 = vertex(bottom, c), v11 = vertex(bottom, c + 1);
+    if (links == 4)
+      renderBounded({v00, v10, v01, v11, true, pixel, 1, width}, target);
+    else if (t && l)
+      renderBounded({v00, v10, v01, v11, false, pixel, 1, width}, target);
+    else if (t && r)
+      renderBounded({v10, v11, v00, v01, false, pixel + 1, width, -1}, target);
+    else if (b && r)
+      renderBounded({v11, v01, v10, v00, false, pixel + 1 + width, -1, -width}, target);
+    else if (b && l)
+      renderBounded({v01, v00, v11, v10, false, pixel + width, -width, 1}, target);
+  }
+}
+
+} // namespace
+
+WarpedView
+warpView(const DepthView& view,
+         const CameraIntrinsics& camera,
+         const Pose& virtual_from_view,
+         const VirtualDepthOptions& options)
+{
+  const int width = view.depth.cols, height = view.depth.rows;
+  const Warp warp(view.camera, camera, virtual_from_view);
+  const SurfaceLink linked(view.camera, options);
+  Target target(camera, options);
+  VertexRow top(static_cast<std::size_t>(width)), bottom(static_cast<std::size_t>(width));
+  for (int v = 0; v < height; ++v) {
+    const float* z = view.depth.ptr<float>(v);
+    warpRow(z, view.weight.ptr<float>(v), width, v, warp, bottom);
+    linkVertices(z, z + 1, bottom.valid.data(), bottom.valid.data() + 1, width - 1, linked,
+                 bottom.link_right.data());
+    if (v > 0) {
+      linkVertices(view.depth.ptr<float>(v - 1), z, top.valid.data(), bottom.valid.data(),
+                   width, linked, top.link_down.data());
+      renderBetween(top, bottom, v - 1, width, target);
+    }
+    std::swap(top, bottom);
+  }
+  return {target.inverse, target.source};
+}
+
+} // namespace bundle_icp

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#pragma once
+
+#include <bundle_icp/registration/virtual_depth.h>
+
+#include <cstdint>
+
+namespace bundle_icp {
+
+/** What one registered view shows in the virtual camera. */
+struct WarpedView {
+  cv::Mat inverse_depth; ///< CV_32F [1/m], of the nearest surface; 0 = nothing seen
+  cv::Mat source;        ///< CV_32S, nearest pixel of the view (row * width + column)
+};
+
+/** Renders the mesh of a depth view into the virtual camera. Neighbouring pixels of one
+ *  surface span the mesh, so it has no holes between samples and none of it bridges an edge. */
+WarpedView
+warpView(const DepthView& view,
+         const CameraIntrinsics& camera,
+         const Pose& virtual_from_view,
+         const VirtualDepthOptions& options);
+
+} // namespace bundle_icp
