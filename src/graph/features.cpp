@@ -158,6 +158,7 @@ extractFeatures(const RGBDFrame& frame,
     // (about 2 px at the finest scale that SIFT detects).
     features.pixel_sigmas.push_back(options.pixel_sigma *
                                     std::max(1.0f, std::sqrt(keypoint.size / 4)));
+    features.colors.push_back(frame.color.at<cv::Vec3b>(keypoint.pt));
     const MeasuredDepth measured = measureDepth(frame.depth, features.pixels.back(), options);
     features.depths.push_back(measured.depth);
     features.depth_sigmas.push_back(measured.sigma);

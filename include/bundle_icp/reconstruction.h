@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#pragma once
+
+#include <bundle_icp/common/progress.h>
+#include <bundle_icp/graph/image_graph.h>
+#include <bundle_icp/io/rgbd_dataset.h>
+#include <bundle_icp/io/trajectory.h>
+#include <bundle_icp/sparse/incremental_mapper.h>
+#include <bundle_icp/surface/extract_surface.h>
+#include <bundle_icp/surface/tsdf_volume.h>
+
+#include <pcl/PolygonMesh.h>
+
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace bundle_icp {
+
+/** How reconstruct() works: the options of its steps. */
+struct BUNDLE_ICP_EXPORT ReconstructionOptions {
+  FeatureOptions features;
+  ImageGraphOptions graph;
+  MapperOptions mapper;
+  TSDFOptions volume;
+  MeshOptions mesh;
+  /** Bundle ICP works on depth images reduced by this integer factor: 1 is slower and, at
+   *  640x480, no more accurate, since the noise of neighbouring depth pixels is correlated. */
+  int depth_reduction = 2;
+  /** Without it the volume is neither filled nor meshed. */
+  bool make_mesh = true;
+  /** Threads of all steps, 0 = all; the num_threads of the steps' own options is ignored. */
+  int num_threads = 0;
+
+  bool
+  isValid(std::string* error = nullptr) const;
+};
+
+/** How a reconstruction ended. */
+enum class ReconstructionStatus {
+  COMPLETED,         ///< all steps ran; see the frames' reports for what is missing
+  STOPPED,           ///< the progress callback asked to stop; what was done by then is given
+  NOTHING_REGISTERED ///< no two frames could be connected; each frame says why
+};
+
+/** What became of one frame of the recording. */
+struct FrameReport {
+  std::size_t id = 0;   ///< RGBDFrame::id
+  double timestamp = 0; ///< [s]
+  std::string name;     ///< RGBDDataset::name()
+  bool registered = false;
+  int component = -1;    ///< 0 is the largest; each has its own world frame
+  std::string reason;    ///< why it has no pose
+  std::size_t features = 0;
+  std::size_t matches = 0; ///< visual correspondences to registered frames
+  std::size_t inliers = 0; ///< those that agree with the pose
+  double icp_rmse = 0;     ///< distance to the virtual depth [m]
+  bool by_geometry = false; ///< registered without visual evidence
+  Pose world_from_camera = Pose::Identity();
+};
+
+/** Everything that a reconstruction yields. The world frame is the camera frame of the earliest
+ *  registered frame of component 0. */
+struct ReconstructionResult {
+  ReconstructionStatus status = ReconstructionStatus::NOTHING_REGISTERED;
+  std::vector<FrameReport> frames;         ///< in the order of the dataset
+  std::vector<std::size_t> component_sizes; ///< frames in each component
+  std::shared_ptr<const ImageGraph> graph;  ///< images: the readable frames
+  std::vector<std::size_t> frame_of_image;  ///< index into `frames` of each image
+  SparseModel model;
+  pcl::PolygonMesh mesh;                    ///< vertices as PointXYZRGBNormal
+  std::vector<std::pair<std::string, double>> timing_s; ///< wall time of each stage [s]
+  std::size_t peak_memory_bytes = 0;        ///< of the process, so far
+
+  /** Poses of the frames of a component. */
+  BUNDLE_ICP_EXPORT Trajectory
+  trajectory(int component = 0) const;
+};
+
+/** The whole mission: features, image graph, sparse reconstruction by Bundle ICP, surface.
+ *
+ *  The result does not depend on the number of threads, and not on the order of the frames:
+ *  images are treated in an order that follows from their content alone. Where the dataset
+ *  isOrdered(), time only suggests which images to compare, and a first guess where there is no
+ *  visual evidence. Frames that cannot be read are skipped and named.
+ *  \throws pcl::BadArgumentException for invalid options or an empty dataset. */
+BUNDLE_ICP_EXPORT ReconstructionResult
+reconstruct(const RGBDDataset& dataset,
+            const ReconstructionOptions& options = {},
+            const ProgressCallback& progress = {});
+
+/** Writes `trajectory.txt`, `sparse.ply`, `report.json`, and, when there is a mesh, `mesh.ply`, with PNG
+ *  previews of mesh and trajectory, into a folder, which is made if needed. Each file appears
+ *  whole or not at all.
+ *  \throws pcl::IOException naming the file and the reason. */
+BUNDLE_ICP_EXPORT void
+writeReconstruction(const std::string& folder,
+                    const RGBDDataset& dataset,
+                    const ReconstructionOptions& options,
+                    const ReconstructionResult& result);
+
+} // namespace bundle_icp

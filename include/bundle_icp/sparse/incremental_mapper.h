@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#pragma once
+
+#include <bundle_icp/common/progress.h>
+#include <bundle_icp/registration/virtual_depth.h>
+#include <bundle_icp/sparse/bundle_adjustment.h>
+#include <bundle_icp/sparse/sparse_model.h>
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace bundle_icp {
+
+/** How an IncrementalMapper works. */
+struct BUNDLE_ICP_EXPORT MapperOptions {
+  TrackOptions tracks;
+  BundleAdjustmentOptions adjustment;
+  VirtualDepthOptions virtual_depth;
+  /** Visual correspondences that must support the pose of a new image. */
+  std::size_t min_visual_inliers = 12;
+  /** Registered neighbours that take part in a virtual depth map: the best covisible ones, so
+   *  that the cost per image does not grow with the model. */
+  std::size_t max_views = 6;
+  /** Images registered against the same state of the model before it is updated: they are
+   *  independent of each other and run in parallel. */
+  std::size_t batch_size = 4;
+  /** The model is adjusted each time it has grown by this factor. */
+  double adjustment_growth = 1.5;
+  /** Share of an image's depth that must lie on the virtual depth when geometry alone
+   *  registers it. */
+  double min_overlap = 0.5;
+  /** Covisible images with which each adjusted image gets a dense term; 0 = none. */
+  std::size_t num_dense_neighbours = 4;
+  /** Whether time stamps tell which images are neighbours. */
+  bool ordered_in_time = true;
+  /** Threads to use, 0 = all. */
+  int num_threads = 0;
+
+  bool
+  isValid(std::string* error = nullptr) const;
+};
+
+/** What became of an image. */
+struct ImageRegistration {
+  bool registered = false;
+  std::string reason;            ///< why it is not registered
+  std::size_t matches = 0;       ///< visual correspondences to registered images
+  std::size_t inliers = 0;       ///< those that agree with the pose
+  double icp_rmse = 0;           ///< distance to the virtual depth [m]
+  bool by_geometry = false;      ///< without visual evidence
+};
+
+/** Gives the prepared depth of an image; called by several threads. */
+using DepthViewProvider =
+    std::function<std::shared_ptr<const DepthView>(std::size_t image)>;
+
+/** The incremental sparse reconstruction of section 2.2: starts with the pair of strongest
+ *  correlation, adds the image of highest visibility by Bundle ICP (Algorithm 1), updates
+ *  points and visibility, and adjusts the model as it grows. Images that fail are put back
+ *  and tried again; what cannot be connected becomes a component of its own. */
+class BUNDLE_ICP_EXPORT IncrementalMapper {
+public:
+  /** \throws pcl::BadArgumentException for invalid options. */
+  IncrementalMapper(const ImageGraph& graph,
+                    DepthViewProvider depth_views,
+                    const MapperOptions& options = {});
+  ~IncrementalMapper();
+
+  /** Registers all images that can be. The largest component is number 0.
+   *  \return false when `progress` asked to stop; the model is then valid but incomplete. */
+  bool
+  run(SparseModel& model, const ProgressCallback& progress = {});
+
+  /** What became of each image of the graph. */
+  const std::vector<ImageRegistration>&
+  registrations() const;
+
+private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+} // namespace bundle_icp

@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#include "sparse/frame_registration.h"
+
+#include <algorithm>
+#include <set>
+
+namespace bundle_icp {
+namespace {
+
+using Cloud = pcl::PointCloud<pcl::PointXYZRGBNormal>;
+using DenseBundleICP = BundleICP<pcl::PointXYZRGBNormal, pcl::PointXYZRGBNormal>;
+
+/** Variance of a measured point, as one number for all directions [m^2]. */
+double
+pointVariance(const Features& features, int j, const CameraIntrinsics& camera)
+{
+  const double lateral = features.pixel_sigmas[j] * features.depths[j] / camera.fx;
+  return lateral * lateral + double(features.depth_sigmas[j]) * features.depth_sigmas[j];
+}
+
+} // namespace
+
+std::vector<Neighbour>
+FrameRegistrar::registeredNeighbours(const SparseModel& model,
+                                     std::size_t image,
+                                     int component) const
+{
+  std::vector<Neighbour> neighbours;
+  for (const ImageEdge& edge : graph_.edges(image))
+    if (model.component(edge.neighbour) == component)
+      neighbours.push_back({edge.neighbour, edge.pair->matches.size()});
+  std::stable_sort(neighbours.begin(), neighbours.end(), [](const Neighbour& a, const Neighbour& b) {
+    return a.matches > b.matches;
+  });
+  return neighbours;
+}
+
+VisualCorrespondences
+FrameRegistrar::findCorrespondences(const SparseModel& model,
+                                    std::size_t image,
+                                    const std::vector<Neighbour>& neighbours) const
+{
+  VisualCorrespondences visual;
+  const CameraIntrinsics& camera = graph_.camera();
+  const Features& features = graph_.features(image);
+  std::set<std::size_t> wanted;
+  for (const Neighbour& neighbour : neighbours)
+    wanted.insert(neighbour.image);
+  std::set<std::pair<int, int>> seen; // feature and point: several images show the same one
+  for (const ImageEdge& edge : graph_.edges(image)) {
+    if (!wanted.count(edge.neighbour))
+      continue;
+    const bool is_first = edge.pair->first == image;
+    const Features& others = graph_.features(edge.neighbour);
+    for (const FeatureMatch& match : edge.pair->matches) {
+      const int own = is_first ? match.first : match.second;
+      const int other = is_first ? match.second : match.first;
+      const int point = model.pointOf(edge.neighbour, other);
+      if (point >= 0 && !seen.insert({own, point}).second)
+        continue;
+      double variance = pointVariance(features, own, camera);
+      double other_variance = pointVariance(others, other, camera);
+      if (point >= 0) // the mean of a track is better than one measurement
+        other_variance /= double(model.points()[point].track.size());
+      visual.source.push_back(pointInCamera(features, own, camera));
+      visual.target.push_back(point >= 0 ? model.points()[point].position
+                                         : measuredPoint(graph_, model, {edge.neighbour, other}));
+      visual.weights.push_back(1 / (variance + other_variance));
+    }
+  }
+  return visual;
+}
+
+Alignment
+FrameRegistrar::alignToVirtualDepth(const SparseModel& model,
+                                    std::size_t image,
+                                    const std::vector<Neighbour>& neighbours,
+                                    const VisualCorrespondences& visual,
+                                    const Pose& guess,
+                                    int num_threads) const
+{
+  const std::shared_ptr<const DepthView> source = depth_views_(image);
+  std::vector<std::shared_ptr<const DepthView>> held;
+  std::vector<RegisteredView> views;
+  for (const Neighbour& neighbour : neighbours) {
+    if (views.size() == options_.max_views)
+      break;
+    held.push_back(depth_views_(neighbour.image));
+    views.push_back({held.back().get(), model.worldFromCamera(neighbour.image)});
+  }
+  VirtualDepthOptions rendering = options_.virtual_depth;
+  rendering.num_threads = num_threads;
+  const auto render = [&](const Pose& world_from_virtual) -> Cloud::Ptr {
+    return toPointCloud(renderVirtualDepth(views, source->camera, world_from_virtual, rendering));
+  };
+
+  DenseBundleICP icp;
+  icp.setNumberOfThreads(num_threads);
+  icp.setDepthNoise(rendering.noise);
+  icp.setCameraIntrinsics(source->camera);
+  icp.setInputSource(toPointCloud(*source));
+  icp.setInputTarget(render(guess));
+  icp.setVirtualDepthPose(guess);
+  icp.setVirtualDepthRenderer(render);
+  icp.setVisualCorrespondences(visual.source, visual.target, visual.weights);
+  Cloud aligned;
+  icp.align(aligned, guess.matrix().cast<float>());
+  Alignment alignment;
+  alignment.world_from_source = closestPose(icp.getFinalTransformation().cast<double>());
+  alignment.result = icp.getResult();
+  return alignment;
+}
+
+FrameRegistration
+FrameRegistrar::registerFrame(const SparseModel& model,
+                              std::size_t image,
+                              int component,
+                              int num_threads) const
+{
+  FrameRegistration registration;
+  ImageRegistration& report = registration.report;
+  const std::vector<Neighbour> neighbours = registeredNeighbours(model, image, component);
+  // Algorithm 1, lines 1 and 2: initial pose over all registered neighbours
+  const VisualCorrespondences visual = findCorrespondences(model, image, neighbours);
+  report.matches = visual.source.size();
+  const std::optional<VisualPose> initial = estimateVisualPose(visual);
+  if (!initial || initial->inliers < options_.min_visual_inliers) {
+    report.inliers = initial ? initial->inliers : 0;
+    report.reason = "only " + std::to_string(report.inliers) + " of " +
+                    std::to_string(report.matches) +
+                    " visual correspondences agree on a pose; needed are " +
+                    std::to_string(options_.min_visual_inliers);
+    return registration;
+  }
+  // Lines 3 to 7: ICP against the virtual depth
+  const Alignment alignment = alignToVirtualDepth(
+      model, image, neighbours, visual, initial->world_from_source, num_threads);
+  report.registered = true;
+  report.inliers = alignment.result.visual_inliers;
+  report.icp_rmse = alignment.result.rmse;
+  registration.world_from_camera = alignment.world_from_source;
+  return registration;
+}
+
+FrameRegistration
+FrameRegistrar::registerFrameByGeometry(const SparseModel& model,
+                                        std::size_t image,
+                                        const std::vector<Neighbour>& neighbours,
+                                        const Pose& guess,
+                                        int num_threads) const
+{
+  FrameRegistration registration;
+  ImageRegistration& report = registration.report;
+  const Alignment alignment =
+      alignToVirtualDepth(model, image, neighbours, {}, guess, num_threads);
+  const BundleICPResult& result = alignment.result;
+  report.by_geometry = true;
+  report.icp_rmse = result.rmse;
+  registration.world_from_camera = alignment.world_from_source;
+  if (result.status != BundleICPStatus::CONVERGED)
+    report.reason = "geometry alone did not converge";
+  else if (result.overlap < options_.min_overlap)
+    report.reason = "geometry alone: only " + std::to_string(int(100 * result.overlap)) +
+                    " % of the depth lies on the model";
+  else if (!result.degenerate_directions.empty())
+    report.reason = "geometry alone leaves " +
+                    std::to_string(result.degenerate_directions.size()) +
+                    " directions of motion open";
+  else
+    report.registered = true;
+  return registration;
+}
+
+std::optional<RelativePoseTerm>
+FrameRegistrar::registerPair(const SparseModel& model, std::size_t first, std::size_t second) const
+{
+  const std::shared_ptr<const DepthView> target = depth_views_(first);
+  const std::shared_ptr<const DepthView> source = depth_views_(second);
+  const Pose guess = model.worldFromCamera(first).inverse() * model.worldFromCamera(second);
+  DenseBundleICP icp;
+  icp.setNumberOfThreads(1);
+  icp.setDepthNoise(options_.virtual_depth.noise);
+  icp.setCameraIntrinsics(source->camera);
+  icp.setInputSource(toPointCloud(*source));
+  icp.setInputTarget(toPointCloud(*target));
+  Cloud aligned;
+  icp.align(aligned, guess.matrix().cast<float>());
+  const BundleICPResult& result = icp.getResult();
+  if (result.status != BundleICPStatus::CONVERGED || result.overlap < 0.2)
+    return std::nullopt;
+  RelativePoseTerm term;
+  term.first = first;
+  term.second = second;
+  term.first_from_second = closestPose(icp.getFinalTransformation().cast<double>());
+  term.information = result.information;
+  return term;
+}
+
+} // namespace bundle_icp

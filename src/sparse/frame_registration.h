@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#pragma once
+
+#include <bundle_icp/registration/bundle_icp.h>
+#include <bundle_icp/sparse/incremental_mapper.h>
+
+#include <optional>
+
+namespace bundle_icp {
+
+/** Registered neighbour of an image and how many matches they share. */
+struct Neighbour {
+  std::size_t image = 0;
+  std::size_t matches = 0;
+};
+
+/** Pose of an image found by Bundle ICP, or the reason why there is none. */
+struct FrameRegistration {
+  Pose world_from_camera = Pose::Identity();
+  ImageRegistration report;
+};
+
+/** Registers single images against a model that does not change meanwhile: Algorithm 1. All
+ *  methods may be called from several threads. */
+class FrameRegistrar {
+public:
+  FrameRegistrar(const ImageGraph& graph,
+                 const DepthViewProvider& depth_views,
+                 const MapperOptions& options)
+  : graph_(graph), depth_views_(depth_views), options_(options)
+  {
+  }
+
+  /** By visual evidence and virtual depth.
+   *  \param num_threads threads inside this one registration */
+  FrameRegistration
+  registerFrame(const SparseModel& model, std::size_t image, int component, int num_threads) const;
+
+  /** By geometry alone, from a guess, against the virtual depth of `neighbours`. */
+  FrameRegistration
+  registerFrameByGeometry(const SparseModel& model,
+                          std::size_t image,
+                          const std::vector<Neighbour>& neighbours,
+                          const Pose& guess,
+                          int num_threads) const;
+
+  /** Dense evidence on the motion between two images near their present poses; unset when
+   *  their surfaces do not meet. */
+  std::optional<RelativePoseTerm>
+  registerPair(const SparseModel& model, std::size_t first, std::size_t second) const;
+
+  /** Registered neighbours of the component, most matches first. */
+  std::vector<Neighbour>
+  registeredNeighbours(const SparseModel& model, std::size_t image, int component) const;
+
+private:
+  VisualCorrespondences
+  findCorrespondences(const SparseModel& model,
+                      std::size_t image,
+                      const std::vector<Neighbour>& neighbours) const;
+
+  Alignment
+  alignToVirtualDepth(const SparseModel& model,
+                      std::size_t image,
+                      const std::vector<Neighbour>& neighbours,
+                      const VisualCorrespondences& visual,
+                      const Pose& guess,
+                      int num_threads) const;
+
+  const ImageGraph& graph_;
+  const DepthViewProvider& depth_views_;
+  const MapperOptions& options_;
+};
+
+} // namespace bundle_icp

@@ -1,0 +1,368 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#include <bundle_icp/sparse/incremental_mapper.h>
+
+#include "common/parallel.h"
+#include "sparse/frame_registration.h"
+
+#include <pcl/exceptions.h>
+
+#include <algorithm>
+#include <map>
+
+namespace bundle_icp {
+namespace {
+
+/** Rounds of adjustment and outlier removal that end a component. */
+constexpr int FINAL_ROUNDS = 3;
+/** Iterations of the adjustments in between: the model will change again. */
+constexpr int INTERMEDIATE_ITERATIONS = 6;
+
+} // namespace
+
+class IncrementalMapper::Impl {
+public:
+  Impl(const ImageGraph& graph, DepthViewProvider depth_views, const MapperOptions& options)
+  : graph_(graph)
+  , depth_views_(std::move(depth_views))
+  , options_(options)
+  , registrar_(graph_, depth_views_, options_)
+  , registrations_(graph.size())
+  , visibility_(graph.size())
+  {
+  }
+
+  bool
+  run(SparseModel& model, const ProgressCallback& progress);
+
+  std::vector<ImageRegistration> registrations_;
+
+private:
+  bool
+  initialise(SparseModel& model, int component);
+  bool
+  grow(SparseModel& model, int component, bool keys_only);
+  std::vector<std::size_t>
+  nextImages(const SparseModel& model, bool keys_only) const;
+  std::size_t
+  registerBatch(SparseModel& model, const std::vector<std::size_t>& batch, int component);
+  void
+  updateVisibility(const SparseModel& model, std::size_t image, int component);
+  void
+  adjust(SparseModel& model, int component, int max_iterations, bool dense);
+  std::vector<RelativePoseTerm>
+  denseTerms(const SparseModel& model, const std::vector<std::size_t>& images) const;
+  void
+  registerByTime(SparseModel& model, int component);
+  bool
+  report(const SparseModel& model) const;
+
+  const ImageGraph& graph_;
+  const DepthViewProvider depth_views_;
+  const MapperOptions options_;
+  FrameRegistrar registrar_;
+  /** V of equation (4) for the component that grows. */
+  std::vector<std::size_t> visibility_;
+  std::vector<char> failed_;
+  ProgressCallback progress_;
+};
+
+bool
+MapperOptions::isValid(std::string* error) const
+{
+  std::string reason;
+  if (min_visual_inliers < 3)
+    reason = "min_visual_inliers must be >= 3";
+  else if (max_views < 1 || batch_size < 1)
+    reason = "max_views and batch_size must be >= 1";
+  else if (!(adjustment_growth > 1))
+    reason = "adjustment_growth must be > 1";
+  else if (!(min_overlap > 0 && min_overlap <= 1))
+    reason = "min_overlap must lie in (0, 1]";
+  else if (num_threads < 0)
+    reason = "num_threads must be >= 0";
+  else
+    tracks.isValid(&reason) && adjustment.isValid(&reason) && virtual_depth.isValid(&reason);
+  if (error && !reason.empty())
+    *error = reason;
+  return reason.empty();
+}
+
+IncrementalMapper::IncrementalMapper(const ImageGraph& graph,
+                                     DepthViewProvider depth_views,
+                                     const MapperOptions& options)
+{
+  std::string error;
+  if (!options.isValid(&error))
+    throw pcl::BadArgumentException("IncrementalMapper: " + error);
+  impl_ = std::make_unique<Impl>(graph, std::move(depth_views), options);
+}
+
+IncrementalMapper::~IncrementalMapper() = default;
+
+bool
+IncrementalMapper::run(SparseModel& model, const ProgressCallback& progress)
+{
+  return impl_->run(model, progress);
+}
+
+const std::vector<ImageRegistration>&
+IncrementalMapper::registrations() const
+{
+  return impl_->registrations_;
+}
+
+bool
+IncrementalMapper::Impl::run(SparseModel& model, const ProgressCallback& progress)
+{
+  progress_ = progress;
+  model.resize(graph_.size());
+  for (std::size_t i = 0; i < graph_.size(); ++i)
+    registrations_[i].reason = graph_.exclusion(i);
+  for (int component = 0; initialise(model, component); ++component) {
+    if (!grow(model, component, true))
+      return false;
+    adjust(model, component, options_.adjustment.max_iterations, true);
+    // Images that only look like others: registered against the finished model
+    if (!grow(model, component, false))
+      return false;
+    registerByTime(model, component);
+  }
+  return true;
+}
+
+bool
+IncrementalMapper::Impl::report(const SparseModel& model) const
+{
+  return !progress_ ||
+         progress_({"registration", model.registeredImages().size(), graph_.size()});
+}
+
+/** First pair: the strongest edge of the image with the highest Cor. */
+bool
+IncrementalMapper::Impl::initialise(SparseModel& model, int component)
+{
+  const auto is_free = [&](std::size_t i) {
+    return !model.isRegistered(i) && graph_.isKey(i) && graph_.exclusion(i).empty();
+  };
+  std::vector<std::size_t> seeds;
+  for (std::size_t i = 0; i < graph_.size(); ++i)
+    if (is_free(i))
+      seeds.push_back(i);
+  std::stable_sort(seeds.begin(), seeds.end(), [this](std::size_t a, std::size_t b) {
+    return graph_.correspondences(a) > graph_.correspondences(b);
+  });
+  for (const std::size_t seed : seeds) {
+    ImageEdge strongest;
+    for (const ImageEdge& edge : graph_.edges(seed))
+      if (is_free(edge.neighbour) &&
+          (!strongest.pair || edge.pair->matches.size() > strongest.pair->matches.size()))
+        strongest = edge;
+    if (!strongest.pair)
+      continue;
+    model.registerImage(graph_, seed, Pose::Identity(), component, options_.tracks);
+    const FrameRegistration second =
+        registrar_.registerFrame(model, strongest.neighbour, component, options_.num_threads);
+    if (!second.report.registered) {
+      model.registerImage(seed, Pose::Identity(), -1);
+      continue;
+    }
+    registrations_[seed] = registrations_[strongest.neighbour] = second.report;
+    model.registerImage(
+        graph_, strongest.neighbour, second.world_from_camera, component, options_.tracks);
+    for (std::size_t i = 0; i < graph_.size(); ++i)
+      visibility_[i] = 0;
+    updateVisibility(model, seed, component);
+    updateVisibility(model, strongest.neighbour, component);
+    return true;
+  }
+  return false;
+}
+
+/** Registering an image changes the visibility of those that it shares an edge with. */
+void
+IncrementalMapper::Impl::updateVisibility(const SparseModel& model,
+                                          std::size_t image,
+                                          int component)
+{
+  for (const ImageEdge& edge : graph_.edges(image))
+    if (!model.isRegistered(edge.neighbour))
+      visibility_[edge.neighbour] = model.visibility(graph_, edge.neighbour, component);
+}
+
+/** The images of highest visibility, best first, at most a batch. */
+std::vector<std::size_t>
+IncrementalMapper::Impl::nextImages(const SparseModel& model, bool keys_only) const
+{
+  std::vector<std::size_t> images;
+  for (std::size_t i = 0; i < graph_.size(); ++i)
+    if (!model.isRegistered(i) && !failed_[i] && visibility_[i] > 0 &&
+        (!keys_only || graph_.isKey(i)) && graph_.exclusion(i).empty())
+      images.push_back(i);
+  std::stable_sort(images.begin(), images.end(), [this](std::size_t a, std::size_t b) {
+    return visibility_[a] > visibility_[b];
+  });
+  std::size_t count = std::min(options_.batch_size, images.size());
+  // An image that is much better connected should not wait for the others' failures, nor they
+  // be tried before it has extended the model.
+  while (count > 1 && 2 * visibility_[images[count - 1]] < visibility_[images[0]])
+    --count;
+  images.resize(count);
+  return images;
+}
+
+std::size_t
+IncrementalMapper::Impl::registerBatch(SparseModel& model,
+                                       const std::vector<std::size_t>& batch,
+                                       int component)
+{
+  std::vector<FrameRegistration> slots(batch.size());
+  const int inner = batch.size() == 1 ? options_.num_threads : 1;
+  parallelFor(batch.size(), options_.num_threads, {}, [&](std::size_t k) {
+    slots[k] = registrar_.registerFrame(model, batch[k], component, inner);
+  });
+  std::size_t registered = 0;
+  for (std::size_t k = 0; k < batch.size(); ++k) {
+    registrations_[batch[k]] = slots[k].report;
+    if (!slots[k].report.registered) {
+      failed_[batch[k]] = 1;
+      continue;
+    }
+    ++registered;
+    if (graph_.isKey(batch[k]))
+      model.registerImage(
+          graph_, batch[k], slots[k].world_from_camera, component, options_.tracks);
+    else
+      model.registerImage(batch[k], slots[k].world_from_camera, component);
+    updateVisibility(model, batch[k], component);
+  }
+  return registered;
+}
+
+/** Adds images by visibility until none is left that can be added. */
+bool
+IncrementalMapper::Impl::grow(SparseModel& model, int component, bool keys_only)
+{
+  failed_.assign(graph_.size(), 0);
+  double next_adjustment = 8;
+  std::size_t size = model.registeredImages(component).size(), size_at_failure = size;
+  while (true) {
+    const std::vector<std::size_t> batch = nextImages(model, keys_only);
+    if (batch.empty()) {
+      // Put back and tried again, once the model has grown
+      if (size == size_at_failure)
+        return true;
+      size_at_failure = size;
+      failed_.assign(graph_.size(), 0);
+      continue;
+    }
+    size += registerBatch(model, batch, component);
+    if (!report(model))
+      return false;
+    if (keys_only && double(size) >= next_adjustment) {
+      adjust(model, component, INTERMEDIATE_ITERATIONS, false);
+      next_adjustment = double(size) * options_.adjustment_growth;
+    }
+  }
+}
+
+std::vector<RelativePoseTerm>
+IncrementalMapper::Impl::denseTerms(const SparseModel& model,
+                                    const std::vector<std::size_t>& images) const
+{
+  std::vector<std::pair<std::size_t, std::size_t>> pairs;
+  for (const std::size_t image : images) {
+    std::size_t count = 0;
+    for (const Neighbour& neighbour :
+         registrar_.registeredNeighbours(model, image, model.component(image))) {
+      if (count == options_.num_dense_neighbours)
+        break;
+      if (!graph_.isKey(neighbour.image))
+        continue;
+      ++count;
+      pairs.emplace_back(std::min(image, neighbour.image), std::max(image, neighbour.image));
+    }
+  }
+  std::sort(pairs.begin(), pairs.end());
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+  std::vector<std::optional<RelativePoseTerm>> slots(pairs.size());
+  parallelFor(pairs.size(), options_.num_threads, {}, [&](std::size_t k) {
+    slots[k] = registrar_.registerPair(model, pairs[k].first, pairs[k].second);
+  });
+  std::vector<RelativePoseTerm> terms;
+  for (const auto& slot : slots)
+    if (slot)
+      terms.push_back(*slot);
+  return terms;
+}
+
+/** Global bundle adjustment over the key images of a component; `dense` makes it the final
+ *  one, with all evidence and outliers removed in between. */
+void
+IncrementalMapper::Impl::adjust(SparseModel& model, int component, int max_iterations, bool dense)
+{
+  BundleAdjustmentProblem problem;
+  for (const std::size_t image : model.registeredImages(component))
+    if (graph_.isKey(image))
+      problem.variable.push_back(image);
+  BundleAdjustmentOptions options = options_.adjustment;
+  options.max_iterations = max_iterations;
+  const int rounds = dense ? FINAL_ROUNDS : 1;
+  for (int round = 0; round < rounds; ++round) {
+    if (dense && round > 0 && options_.num_dense_neighbours > 0)
+      problem.relative_poses = denseTerms(model, problem.variable);
+    adjustBundle(graph_, problem, options, model);
+    model.removeOutliers(graph_, options_.tracks);
+    if (dense)
+      for (const std::size_t image : problem.variable)
+        model.extendTracks(graph_, image, options_.tracks);
+  }
+  for (std::size_t i = 0; i < graph_.size(); ++i)
+    if (!model.isRegistered(i))
+      visibility_[i] = model.visibility(graph_, i, component);
+}
+
+/** Images without visual evidence start from their neighbours in time and let geometry
+ *  decide. */
+void
+IncrementalMapper::Impl::registerByTime(SparseModel& model, int component)
+{
+  if (!options_.ordered_in_time)
+    return;
+  std::vector<std::size_t> by_time(graph_.size());
+  for (std::size_t i = 0; i < by_time.size(); ++i)
+    by_time[i] = i;
+  std::stable_sort(by_time.begin(), by_time.end(), [this](std::size_t a, std::size_t b) {
+    return graph_.timestamp(a) < graph_.timestamp(b);
+  });
+  const auto visit = [&](const std::vector<std::size_t>& order) {
+    for (std::size_t k = 1; k < order.size(); ++k) {
+      const std::size_t image = order[k], last = order[k - 1];
+      if (model.isRegistered(image) || model.component(last) != component ||
+          registrations_[image].reason.rfind("blurred", 0) == 0)
+        continue;
+      // Constant velocity, when the neighbour before is known too
+      Pose guess = model.worldFromCamera(last);
+      std::vector<Neighbour> neighbours{{last, 0}};
+      if (k >= 2 && model.component(order[k - 2]) == component) {
+        const double step = graph_.timestamp(last) - graph_.timestamp(order[k - 2]);
+        const double ahead = graph_.timestamp(image) - graph_.timestamp(last);
+        const Pose motion =
+            model.worldFromCamera(order[k - 2]).inverse() * model.worldFromCamera(last);
+        if (step != 0 && std::abs(ahead / step) < 3)
+          guess = guess * increment(ahead / step * logarithm(motion));
+        neighbours.push_back({order[k - 2], 0});
+      }
+      const FrameRegistration registration = registrar_.registerFrameByGeometry(
+          model, image, neighbours, guess, options_.num_threads);
+      registrations_[image] = registration.report;
+      if (registration.report.registered)
+        model.registerImage(image, registration.world_from_camera, component);
+    }
+  };
+  visit(by_time);
+  std::reverse(by_time.begin(), by_time.end());
+  visit(by_time);
+}
+
+} // namespace bundle_icp

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#include <bundle_icp/io/atomic_file.h>
+#include <bundle_icp/sparse/sparse_model_io.h>
+
+#include <pcl/exceptions.h>
+#include <pcl/io/ply_io.h>
+
+namespace bundle_icp {
+
+pcl::PointCloud<pcl::PointXYZRGB>::Ptr
+toPointCloud(const ImageGraph& graph, const SparseModel& model, int component, bool cameras)
+{
+  pcl::PointCloud<pcl::PointXYZRGB>::Ptr cloud(new pcl::PointCloud<pcl::PointXYZRGB>);
+  const auto add = [&](const Eigen::Vector3d& position, const cv::Vec3b& bgr) {
+    pcl::PointXYZRGB point(bgr[2], bgr[1], bgr[0]);
+    point.getVector3fMap() = position.cast<float>();
+    cloud->push_back(point);
+  };
+  for (const ScenePoint& point : model.points()) {
+    if (point.track.empty() || model.component(point.track.front().image) != component)
+      continue;
+    Eigen::Vector3d color = Eigen::Vector3d::Zero();
+    for (const Observation& o : point.track) {
+      const cv::Vec3b& bgr = graph.features(o.image).colors[o.feature];
+      color += Eigen::Vector3d(bgr[0], bgr[1], bgr[2]) / double(point.track.size());
+    }
+    add(point.position, {uchar(color[0]), uchar(color[1]), uchar(color[2])});
+  }
+  if (cameras)
+    for (const std::size_t image : model.registeredImages(component))
+      add(model.worldFromCamera(image).translation(), {0, 0, 255});
+  return cloud;
+}
+
+void
+writeSparseModel(const std::string& path,
+                 const ImageGraph& graph,
+                 const SparseModel& model,
+                 int component)
+{
+  const auto cloud = toPointCloud(graph, model, component);
+  writeAtomically(path, [&](const std::string& temporary) {
+    if (pcl::io::savePLYFileBinary(temporary, *cloud) != 0)
+      throw pcl::IOException("cannot write " + path);
+  });
+}
+
+} // namespace bundle_icp
