@@ -14,9 +14,12 @@
 #include <pcl/exceptions.h>
 #include <pcl/io/ply_io.h>
 
+#include <algorithm>
+#include <cstdio>
 #include <fstream>
 #include <iostream>
 #include <optional>
+#include <set>
 #include <sstream>
 
 namespace fs = boost::filesystem;

@@ -16,26 +16,48 @@ namespace bundle_icp {
 
 /** How a TSDFVolume is laid out and filled. */
 struct BUNDLE_ICP_EXPORT TSDFOptions {
-  double voxel_size = 0.005; ///< edge of a voxel [m]
-  double truncation = 0.04;  ///< mu of equation (7) [m]; at least 2 voxels
-  double min_depth = 0.1;    ///< nearer depth is not integrated [m]
-  double max_depth = 5.0;    ///< farther depth is not integrated [m]
-  /** Only inside this box of the world [m] are voxels allocated; unset = everywhere. */
+  /** Edge of a voxel [m], 0.0001 to 1. Half of it takes about four times the memory. */
+  double voxel_size = 0.005;
+  /** mu of equation (7) [m], 2 to 100 voxels. Raise it when noise or pose errors tear
+   * the surface; lower it for thin objects seen from both sides. */
+  double truncation = 0.04;
+  double min_depth = 0.1; ///< nearer depth is not integrated [m]
+  double max_depth = 5.0; ///< farther depth is not integrated [m]
+  /** Voxels are allocated only inside this box of the world [m], rounded outwards to
+   * whole blocks of 8 voxels; unset = everywhere. */
   std::optional<Eigen::AlignedBox3d> region;
-  DepthNoise noise;          ///< gives each measurement its weight
-  int num_threads = 0;       ///< 0 = all
+  DepthNoise
+      noise; ///< gives each measurement its weight, and depth edges their threshold
+  int num_threads = 0; ///< 0 = all
 
+  /** True when every field is in its range; otherwise `error` says which is not. */
   bool
   isValid(std::string* error = nullptr) const;
 };
 
 /** Truncated signed distance function of equation (7) in sparse blocks of 8^3 voxels.
  *
- *  Each voxel keeps S_k(X_w), the weighted mean of the truncated distance (positive in front of
- *  the surface), its weight W_k(X_w), and a colour. World frame, metres; the centre of voxel
- *  (i, j, k) lies at voxel_size * (i, j, k). */
+ *  Each voxel keeps S_k(X_w), the weighted mean of the truncated distance, its weight
+ *  W_k(X_w), and a colour, in 8 bytes. World frame, metres; the centre of voxel (i, j,
+ * k) lies at voxel_size * (i, j, k). Distances are positive in front of the surface (on
+ * the camera's side) and measured along the surface normal, that is, the distance along
+ * the optical axis of equation (7) times a factor from the slope of the depth image.
+ *
+ *  Weights are 1 for a frontal measurement at 1 m and follow 1 / sigma(z)^2, the
+ * viewing angle and the distance to the depth edge. Blocks are allocated where a
+ * measurement's truncation band runs; free space in front of it is carved out of the
+ * blocks that exist.
+ *
+ *  \code
+ *  TSDFVolume volume(options);
+ *  for (std::size_t i = 0; i < dataset.size(); ++i)
+ *    volume.integrate(dataset.read(i), dataset.camera(), world_from_camera[i]);
+ *  \endcode */
 class BUNDLE_ICP_EXPORT TSDFVolume {
 public:
+  using Ptr = std::shared_ptr<TSDFVolume>;
+  using ConstPtr = std::shared_ptr<const TSDFVolume>;
+
   /** \throws pcl::BadArgumentException for invalid options. */
   explicit TSDFVolume(const TSDFOptions& options = {});
   ~TSDFVolume();
@@ -43,25 +65,32 @@ public:
   TSDFVolume&
   operator=(TSDFVolume&&) noexcept;
 
-  /** Fuses one frame. The result does not depend on the number of threads.
-   *  \throws pcl::BadArgumentException when image sizes differ from the camera's. */
+  /** Fuses one frame; its colour may be empty. The result is the same, bit by bit, for
+   * any number of threads. \throws pcl::BadArgumentException when image sizes or types
+   * differ from what the camera and RGBDFrame say, for impossible intrinsics,
+   * intrinsics with distortion, and for a pose that is not rigid or too far away to be
+   * addressed. The volume is then unchanged. */
   void
-  integrate(const RGBDFrame& frame, const CameraIntrinsics& camera, const Pose& world_from_camera);
+  integrate(const RGBDFrame& frame, const CameraIntrinsics& camera,
+            const Pose& world_from_camera);
 
   const TSDFOptions&
   options() const;
 
+  /** Number of allocated blocks of 8^3 voxels. */
   std::size_t
   numBlocks() const;
 
+  /** Memory held by the voxels and their index [bytes]. */
   std::size_t
   memoryBytes() const;
 
-  /** Trilinear distance [m] at a point of the world, unset where it is unknown. */
+  /** Trilinear distance [m] at a point of the world, unset where one of the eight
+   * voxels around it has not been observed. */
   std::optional<float>
   distance(const Eigen::Vector3f& point) const;
 
-  /** Implementation, shared with TSDFMarchingCubes. */
+  /** Implementation, shared with extractSurface(). */
   struct Impl;
   const Impl&
   impl() const

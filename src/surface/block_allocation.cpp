@@ -1,0 +1,241 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#include "surface/block_allocation.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace bundle_icp {
+namespace {
+
+// Work items of the allocation: many pixels of one share their blocks.
+constexpr int patch = 64;
+
+/** Collects keys and drops most repetitions at once. */
+class KeyCollector {
+public:
+  void
+  add(std::uint64_t key)
+  {
+    std::uint64_t& recent = recent_[key * 0x9e3779b97f4a7c15u >> 56];
+    if (recent == key)
+      return;
+    recent = key;
+    keys_.push_back(key);
+  }
+
+  std::vector<std::uint64_t>
+  take()
+  {
+    std::sort(keys_.begin(), keys_.end());
+    keys_.erase(std::unique(keys_.begin(), keys_.end()), keys_.end());
+    return std::move(keys_);
+  }
+
+private:
+  std::array<std::uint64_t, 256>
+      recent_{}; // key 0 is the outermost corner of the space
+  std::vector<std::uint64_t> keys_;
+};
+
+/** Box of block coordinates in which allocation is allowed. */
+struct BlockLimits {
+  Eigen::Vector3i low, high;
+
+  explicit BlockLimits(const TSDFOptions& options)
+      : low(Eigen::Vector3i::Constant(-VoxelBlockMap::limit + 1)),
+        high(Eigen::Vector3i::Constant(VoxelBlockMap::limit - 2))
+  {
+    if (!options.region)
+      return;
+    const double size = options.voxel_size * block_edge;
+    const Eigen::Vector3d half = Eigen::Vector3d::Constant(0.5 / block_edge);
+    const Eigen::Vector3d first = (options.region->min() / size + half).array().floor();
+    const Eigen::Vector3d last = (options.region->max() / size + half).array().floor();
+    low = first.cwiseMax(low.cast<double>()).cwiseMin(high.cast<double>()).cast<int>();
+    high = last.cwiseMax(low.cast<double>()).cwiseMin(high.cast<double>()).cast<int>();
+  }
+
+  bool
+  contains(const Eigen::Vector3i& block) const
+  {
+    return (block.array() >= low.array()).all() &&
+           (block.array() <= high.array()).all();
+  }
+};
+
+// Visits the blocks on a segment from one to the next across the nearest face
+// (Amanatides and Woo, 1987). Coordinates are in blocks.
+void
+walkSegment(const Eigen::Vector3d& begin, const Eigen::Vector3d& end,
+            const BlockLimits& limits, KeyCollector& keys)
+{
+  Eigen::Vector3i block = begin.array().floor().cast<int>();
+  const Eigen::Vector3i last = end.array().floor().cast<int>();
+  const Eigen::Vector3d direction = end - begin;
+  Eigen::Vector3d next, delta;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double speed = std::abs(direction[axis]);
+    const double ahead =
+        direction[axis] > 0 ? block[axis] + 1 - begin[axis] : begin[axis] - block[axis];
+    delta[axis] = speed > 0 ? 1 / speed : INFINITY;
+    next[axis] = speed > 0 ? ahead / speed : INFINITY;
+  }
+  for (int steps = (last - block).cwiseAbs().sum(); steps >= 0; --steps) {
+    if (limits.contains(block))
+      keys.add(VoxelBlockMap::key(block));
+    int axis = next[0] < next[1] ? 0 : 1;
+    axis = next[2] < next[axis] ? 2 : axis;
+    block[axis] += direction[axis] > 0 ? 1 : -1;
+    next[axis] += delta[axis];
+  }
+}
+
+// Pixels between samples such that half a block at the patch's largest depth gets one.
+int
+sampleStep(const DepthSamples& samples, int u0, int v0, double block_size)
+{
+  float farthest = 0;
+  constexpr int tiles = patch / DepthSamples::tile;
+  const int tu = u0 / DepthSamples::tile, tv = v0 / DepthSamples::tile;
+  for (int y = tv; y < std::min(tv + tiles, samples.tiles_y); ++y)
+    for (int x = tu; x < std::min(tu + tiles, samples.tiles_x); ++x)
+      farthest = std::max(farthest, samples.depth_range[y * samples.tiles_x + x].y());
+  if (farthest <= 0)
+    return 0;
+  const double focal = std::min(samples.camera.fx, samples.camera.fy);
+  return std::clamp(static_cast<int>(block_size * focal / farthest / 2), 1, 8);
+}
+
+std::vector<std::uint64_t>
+patchBlocks(const DepthSamples& samples, int u0, int v0, const Pose& blocks_from_camera,
+            const TSDFOptions& options, const BlockLimits& limits, double block_size)
+{
+  const CameraIntrinsics& camera = samples.camera;
+  const int step = sampleStep(samples, u0, v0, block_size);
+  if (step == 0)
+    return {};
+  KeyCollector keys;
+  const Eigen::Matrix3d rotation = blocks_from_camera.linear() / block_size;
+  const Eigen::Vector3d origin = blocks_from_camera.translation();
+  for (int v = v0 + step / 2; v < std::min(v0 + patch, camera.height); v += step)
+    for (int u = u0 + step / 2; u < std::min(u0 + patch, camera.width); u += step) {
+      const std::size_t pixel = std::size_t(v) * camera.width + u;
+      if (samples.attributes[pixel] >> 16 == 0)
+        continue;
+      const double z = samples.depth[pixel];
+      const Eigen::Vector3d ray = rotation * camera.unproject(u, v, 1);
+      walkSegment(origin + (z - options.truncation) * ray,
+                  origin + (z + options.truncation) * ray, limits, keys);
+    }
+  return keys.take();
+}
+
+/** The part of a frame that one block's bounding sphere covers. */
+class VisibilityTest {
+public:
+  VisibilityTest(const DepthSamples& samples, const TSDFOptions& options)
+      : samples_(samples),
+        radius_(options.voxel_size * block_edge * 0.5 * std::sqrt(3.0)),
+        near_(options.min_depth), truncation_(options.truncation)
+  {
+  }
+
+  /** True when the band or, for blocks that may hold a surface, the free space of a
+   * pixel reaches the block. */
+  bool
+  operator()(const Eigen::Vector3d& center, bool free_space_matters) const
+  {
+    const CameraIntrinsics& camera = samples_.camera;
+    if (center.z() + radius_ < near_)
+      return false;
+    const double nearest = center.z() - radius_;
+    const double farthest = free_space_matters ? INFINITY : center.z() + radius_;
+    if (nearest < near_) // may cover the whole image
+      return reached({camera.cx, camera.cy}, camera.width + camera.height, nearest,
+                     farthest);
+    const double spread =
+        radius_ / nearest + center.head<2>().norm() * (1 / nearest - 1 / center.z());
+    const double margin = spread * std::max(camera.fx, camera.fy) + 1;
+    return reached(camera.project(center), margin, nearest, farthest);
+  }
+
+private:
+  bool
+  reached(const Eigen::Vector2d& middle, double margin, double nearest,
+          double farthest) const
+  {
+    const auto tileOf = [](double pixel, int count) {
+      return static_cast<int>(
+          std::clamp(std::floor(pixel / DepthSamples::tile), -1.0, double(count)));
+    };
+    const int u0 = std::max(0, tileOf(middle.x() - margin, samples_.tiles_x));
+    const int v0 = std::max(0, tileOf(middle.y() - margin, samples_.tiles_y));
+    const int u1 =
+        std::min(samples_.tiles_x - 1, tileOf(middle.x() + margin, samples_.tiles_x));
+    const int v1 =
+        std::min(samples_.tiles_y - 1, tileOf(middle.y() + margin, samples_.tiles_y));
+    for (int v = v0; v <= v1; ++v)
+      for (int u = u0; u <= u1; ++u) {
+        const Eigen::Vector2f& range = samples_.depth_range[v * samples_.tiles_x + u];
+        if (range.y() > 0 && range.y() + truncation_ > nearest &&
+            range.x() - truncation_ < farthest)
+          return true;
+      }
+    return false;
+  }
+
+  const DepthSamples& samples_;
+  double radius_, near_, truncation_;
+};
+
+} // namespace
+
+std::vector<std::uint64_t>
+findBandBlocks(const DepthSamples& samples, const Pose& world_from_camera,
+               const TSDFOptions& options, int num_threads)
+{
+  const double block_size = options.voxel_size * block_edge;
+  const BlockLimits limits(options);
+  // The first voxel's centre is the block's origin, so its cube reaches half a voxel
+  // lower.
+  Pose blocks_from_camera = world_from_camera;
+  blocks_from_camera.translation() = world_from_camera.translation() / block_size +
+                                     Eigen::Vector3d::Constant(0.5 / block_edge);
+  const int across = (samples.camera.width + patch - 1) / patch;
+  const int down = (samples.camera.height + patch - 1) / patch;
+  std::vector<std::vector<std::uint64_t>> found(std::size_t(across) * down);
+#pragma omp parallel for schedule(dynamic) num_threads(num_threads)
+  for (int i = 0; i < across * down; ++i)
+    found[i] = patchBlocks(samples, i % across * patch, i / across * patch,
+                           blocks_from_camera, options, limits, block_size);
+  std::vector<std::uint64_t> keys;
+  for (const auto& part : found)
+    keys.insert(keys.end(), part.begin(), part.end());
+  return keys;
+}
+
+std::vector<std::uint32_t>
+findVisibleBlocks(const VoxelBlockMap& blocks, const DepthSamples& samples,
+                  const Pose& camera_from_world, const TSDFOptions& options,
+                  int num_threads)
+{
+  const VisibilityTest isVisible(samples, options);
+  const double block_size = options.voxel_size * block_edge;
+  const Eigen::Vector3d half = Eigen::Vector3d::Constant(0.5 * block_size);
+  std::vector<std::uint8_t> visible(blocks.size());
+#pragma omp parallel for num_threads(num_threads)
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    const Eigen::Vector3d center =
+        blocks.coordinatesOf(i).cast<double>() * block_size + half;
+    visible[i] = isVisible(camera_from_world * center, blocks.mayHoldSurface(i));
+  }
+  std::vector<std::uint32_t> numbers;
+  for (std::size_t i = 0; i < visible.size(); ++i)
+    if (visible[i])
+      numbers.push_back(static_cast<std::uint32_t>(i));
+  return numbers;
+}
+
+} // namespace bundle_icp

@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#include "surface/depth_samples.h"
+#include "surface/simd.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace bundle_icp {
+namespace {
+
+using namespace simd;
+
+// Half the distance of the two pixels that give the slope: far enough to average depth
+// noise, near enough to follow furniture.
+constexpr int slope_radius = 3;
+
+struct RowInput {
+  const float*
+      rows[2 * slope_radius + 1]; // depth rows around the current, zeros outside
+  int width;
+  float fx, fy, cx, y;               // y is that of the ray (x, y, 1)
+  float v_minus_cy;                  // [px]
+  float constant, quadratic, offset; // DepthNoise
+  float reference_variance;          // sigma(1 m)^2
+};
+
+void
+copyDepthRow(const float* from, float near, float far, int width, float* to)
+{
+  for (int u = 0; u < width; ++u)
+    to[u] = from[u] >= near && from[u] <= far ? from[u] : 0.0f; // NaN fails both
+}
+
+void
+copyColorRow(const std::uint8_t* from, int width, std::uint32_t* to)
+{
+  for (int u = 0; u < width; ++u, from += 3)
+    to[u] = std::uint32_t(from[0]) | std::uint32_t(from[1]) << 8 |
+            std::uint32_t(from[2]) << 16;
+}
+
+// Normal of the surface z(u, v) from its slopes, and the product with the ray (x, y,
+// 1): the slope factor.
+BUNDLE_ICP_INLINE Floats
+slopeFactor(const RowInput& in, Floats z, Floats limit, const float* const rows[],
+            int u)
+{
+  const Floats left = load<Floats>(rows[slope_radius] + u - slope_radius);
+  const Floats right = load<Floats>(rows[slope_radius] + u + slope_radius);
+  const Floats up = load<Floats>(rows[0] + u);
+  const Floats down = load<Floats>(rows[2 * slope_radius] + u);
+  const auto slope = [z, limit](Floats before, Floats after) {
+    const Ints known = (magnitude(before - z) < limit) & (magnitude(after - z) < limit);
+    return known ? (after - before) * (0.5f / slope_radius) : 0.0f;
+  };
+  const Floats zu = slope(left, right), zv = slope(up, down);
+  const Floats du = lane_number + (static_cast<float>(u) - in.cx);
+  const Floats nx = in.fx * zu, ny = in.fy * zv, nz = z + du * zu + in.v_minus_cy * zv;
+  return z * inverseSquareRoot(nx * nx + ny * ny + nz * nz + 1e-12f);
+}
+
+// Eight of a pixel's neighbours vote; fewer than three agree with a flying pixel
+// between two surfaces.
+BUNDLE_ICP_INLINE Floats
+edgeSupport(Floats z, Floats limit, const float* const rows[], int u)
+{
+  Ints votes{};
+  for (int y = -1; y <= 1; ++y)
+    for (int x = -1; x <= 1; ++x)
+      votes -= magnitude(load<Floats>(rows[slope_radius + y] + u + x) - z) < limit;
+  votes -= 1; // its own
+  return votes < 3 ? 0.0f : __builtin_convertvector(votes, Floats) * 0.125f;
+}
+
+BUNDLE_ICP_INLINE void
+attributesOfEight(const RowInput& in, int u, std::uint32_t* out)
+{
+  const Floats z = load<Floats>(in.rows[slope_radius] + u);
+  const Floats dz = z - in.offset;
+  const Floats sigma = in.constant + in.quadratic * dz * dz;
+  // Two measurements belong to one surface when noise and a slope of 76 degrees explain
+  // their difference.
+  const Floats noise = 4.2f * sigma, step = z * (4 / in.fx);
+  const Floats factor = slopeFactor(in, z, noise + step * slope_radius, in.rows, u);
+  const Floats x = (lane_number + (static_cast<float>(u) - in.cx)) * (1 / in.fx);
+  const Floats cosine = factor * inverseSquareRoot(x * x + (in.y * in.y + 1));
+  const Floats support = edgeSupport(z, noise + step, in.rows, u);
+  const Floats weight =
+      in.reference_variance / (sigma * sigma) * cosine * support * support;
+  const Words bits = bitCast<Words>(z > 0 ? weight : 0.0f) & 0xffff0000u;
+  const Ints slope =
+      __builtin_convertvector(smaller(factor, Floats{} + 1.99f) * 32768, Ints);
+  const Words attributes = bits | bitCast<Words>(slope);
+  std::memcpy(out + u, &attributes, sizeof(attributes));
+}
+
+// Weight and slope factor of the pixels [slope_radius, width - slope_radius) of a row.
+BUNDLE_ICP_SIMD_CLONES void
+attributeRow(const RowInput& in, std::uint32_t* out)
+{
+  const int end = in.width - slope_radius;
+  for (int u = slope_radius; u < end; u += lanes)
+    attributesOfEight(in, std::min(u, end - lanes), out);
+}
+
+// Range of depth within one tile; (0, 0) when nothing is measured there.
+Eigen::Vector2f
+tileRange(const float* corner, int stride, int width, int height)
+{
+  float low = INFINITY, high = 0;
+  for (int v = 0; v < height; ++v)
+    for (int u = 0; u < width; ++u) {
+      const float z = corner[v * stride + u];
+      low = z > 0 && z < low ? z : low;
+      high = z > high ? z : high;
+    }
+  return high > 0 ? Eigen::Vector2f(low, high) : Eigen::Vector2f(0, 0);
+}
+
+} // namespace
+
+DepthSamples::DepthSamples(const RGBDFrame& frame, const CameraIntrinsics& frame_camera,
+                           const TSDFOptions& options, int num_threads)
+    : camera(frame_camera)
+{
+  const int width = camera.width, height = camera.height;
+  const std::size_t pixels = std::size_t(width) * height;
+  depth.resize(pixels);
+  attributes.assign(pixels, 0);
+  color.resize(frame.color.empty() ? 0 : pixels);
+  tiles_x = (width + tile - 1) / tile;
+  tiles_y = (height + tile - 1) / tile;
+  depth_range.resize(std::size_t(tiles_x) * tiles_y);
+  const std::vector<float> zeros(width, 0.0f);
+  const double reference = options.noise.sigma(1.0);
+
+#pragma omp parallel num_threads(num_threads)
+  {
+#pragma omp for
+    for (int v = 0; v < height; ++v) {
+      copyDepthRow(frame.depth.ptr<float>(v), static_cast<float>(options.min_depth),
+                   static_cast<float>(options.max_depth), width,
+                   &depth[std::size_t(v) * width]);
+      if (!color.empty())
+        copyColorRow(frame.color.ptr(v), width, &color[std::size_t(v) * width]);
+    }
+#pragma omp for nowait
+    for (int v = 0; v < height; ++v) {
+      RowInput in;
+      for (int i = -slope_radius; i <= slope_radius; ++i) {
+        const int neighbor = v + i;
+        in.rows[i + slope_radius] = neighbor < 0 || neighbor >= height
+                                        ? zeros.data()
+                                        : &depth[std::size_t(neighbor) * width];
+      }
+      in.width = width;
+      in.fx = static_cast<float>(camera.fx);
+      in.fy = static_cast<float>(camera.fy);
+      in.cx = static_cast<float>(camera.cx);
+      in.v_minus_cy = static_cast<float>(v - camera.cy);
+      in.y = in.v_minus_cy / in.fy;
+      in.constant = static_cast<float>(options.noise.constant);
+      in.quadratic = static_cast<float>(options.noise.quadratic);
+      in.offset = static_cast<float>(options.noise.offset);
+      in.reference_variance = static_cast<float>(reference * reference);
+      attributeRow(in, &attributes[std::size_t(v) * width]);
+    }
+#pragma omp for
+    for (int i = 0; i < tiles_x * tiles_y; ++i) {
+      const int u = i % tiles_x * tile, v = i / tiles_x * tile;
+      depth_range[i] = tileRange(&depth[std::size_t(v) * width + u], width,
+                                 std::min(tile, width - u), std::min(tile, height - v));
+    }
+  }
+}
+
+} // namespace bundle_icp

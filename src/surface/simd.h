@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#pragma once
+
+#include <cstdint>
+#include <cstring>
+
+/** Compiles a function for several instruction sets and picks one when the library is
+ * loaded, where the compiler can. */
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
+#define BUNDLE_ICP_SIMD_CLONES                                                         \
+  __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
+// Vectors are passed between inlined functions only, where the ABI does not matter.
+#pragma GCC diagnostic ignored "-Wpsabi"
+#else
+#define BUNDLE_ICP_SIMD_CLONES
+#endif
+
+/** What a cloned function calls must become part of it. */
+#define BUNDLE_ICP_INLINE inline __attribute__((always_inline))
+
+/** Vectors of eight numbers, those of the compiler, so that one source serves every
+ *  instruction set; comparisons give masks of -1 and 0. Only for source files. */
+namespace bundle_icp::simd {
+
+constexpr int lanes = 8;
+using Floats = float __attribute__((vector_size(4 * lanes)));
+using Ints = std::int32_t __attribute__((vector_size(4 * lanes)));
+using Words = std::uint32_t __attribute__((vector_size(4 * lanes)));
+using Shorts = std::int16_t __attribute__((vector_size(2 * lanes)));
+using HalfWords = std::uint16_t __attribute__((vector_size(2 * lanes)));
+
+constexpr Floats lane_number = {0, 1, 2, 3, 4, 5, 6, 7};
+
+template <typename To, typename From>
+BUNDLE_ICP_INLINE To
+bitCast(From from)
+{
+  To to;
+  static_assert(sizeof(to) == sizeof(from), "a cast of bits keeps the size");
+  std::memcpy(&to, &from, sizeof(to));
+  return to;
+}
+
+template <typename Vector, typename Scalar>
+BUNDLE_ICP_INLINE Vector
+load(const Scalar* from)
+{
+  Vector vector;
+  std::memcpy(&vector, from, sizeof(vector));
+  return vector;
+}
+
+template <typename Vector>
+BUNDLE_ICP_INLINE Vector
+smaller(Vector a, Vector b)
+{
+  return a < b ? a : b;
+}
+
+template <typename Vector>
+BUNDLE_ICP_INLINE Vector
+larger(Vector a, Vector b)
+{
+  return a > b ? a : b;
+}
+
+BUNDLE_ICP_INLINE Floats
+magnitude(Floats values)
+{
+  return larger(values, -values);
+}
+
+template <typename Vector, typename Scalar>
+BUNDLE_ICP_INLINE Vector
+gather(const Scalar* from, Ints index)
+{
+  return Vector{from[index[0]], from[index[1]], from[index[2]], from[index[3]],
+                from[index[4]], from[index[5]], from[index[6]], from[index[7]]};
+}
+
+BUNDLE_ICP_INLINE Floats
+toFloats(Words words)
+{
+  // Through signed numbers, for which every instruction set has a conversion.
+  return __builtin_convertvector(bitCast<Ints>(words), Floats);
+}
+
+BUNDLE_ICP_INLINE bool
+any(Ints mask)
+{
+  const auto parts =
+      bitCast<std::int64_t __attribute__((vector_size(4 * lanes)))>(mask);
+  return (parts[0] | parts[1] | parts[2] | parts[3]) != 0;
+}
+
+/** 1 / sqrt(values) for positive values, to 5e-6. */
+BUNDLE_ICP_INLINE Floats
+inverseSquareRoot(Floats values)
+{
+  // Two steps of Newton's method from the well-known first guess on the bits of a
+  // float.
+  Floats root = bitCast<Floats>(0x5f3759df - (bitCast<Ints>(values) >> 1));
+  root *= 1.5f - 0.5f * values * root * root;
+  return root * (1.5f - 0.5f * values * root * root);
+}
+
+} // namespace bundle_icp::simd

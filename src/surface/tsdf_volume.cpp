@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#include "surface/block_allocation.h"
+#include "surface/num_threads.h"
+#include "surface/tsdf_volume_impl.h"
+#include "surface/voxel_fusion.h"
+
+#include <pcl/exceptions.h>
+
+#include <cmath>
+#include <sstream>
+
+namespace bundle_icp {
+namespace {
+
+template <typename... Parts>
+std::string
+concatenate(const Parts&... parts)
+{
+  std::ostringstream stream;
+  (stream << ... << parts);
+  return stream.str();
+}
+
+template <typename... Parts>
+[[noreturn]] void
+refuse(const Parts&... parts)
+{
+  throw pcl::BadArgumentException(concatenate("TSDFVolume: ", parts...));
+}
+
+void
+checkImage(const char* name, const cv::Mat& image, int type, const char* wanted,
+           const CameraIntrinsics& camera)
+{
+  if (image.type() != type)
+    refuse(name, " image must be ", wanted);
+  if (image.cols != camera.width || image.rows != camera.height)
+    refuse(name, " image is ", image.cols, "x", image.rows,
+           ", the camera's images are ", camera.width, "x", camera.height);
+}
+
+void
+checkFrame(const RGBDFrame& frame, const CameraIntrinsics& camera)
+{
+  std::string error;
+  if (!camera.isValid(&error))
+    refuse(error);
+  if (camera.hasDistortion())
+    refuse("the camera has distortion; frames must be undistorted");
+  constexpr int smallest = 16; // what slopes over several pixels need
+  if (camera.width < smallest || camera.height < smallest)
+    refuse("images of ", camera.width, "x", camera.height, " are smaller than ",
+           smallest, "x", smallest);
+  checkImage("depth", frame.depth, CV_32FC1, "CV_32FC1 in metres", camera);
+  if (!frame.color.empty())
+    checkImage("color", frame.color, CV_8UC3, "CV_8UC3", camera);
+}
+
+void
+checkPose(const Pose& world_from_camera, const TSDFOptions& options)
+{
+  if (!isRigid(world_from_camera.matrix()))
+    refuse("world_from_camera is not a rigid motion");
+  const double reach = options.voxel_size * block_edge * (VoxelBlockMap::limit - 2) -
+                       2 * (options.max_depth + options.truncation);
+  const double distance = world_from_camera.translation().cwiseAbs().maxCoeff();
+  if (distance > reach)
+    refuse("the camera is ", distance, " m from the origin, at most ", reach,
+           " m can be addressed");
+}
+
+FusionView
+makeView(const DepthSamples& samples, const Pose& camera_from_world,
+         const TSDFOptions& options)
+{
+  FusionView view{};
+  view.depth = samples.depth.data();
+  view.attributes = samples.attributes.data();
+  view.color = samples.color.empty() ? nullptr : samples.color.data();
+  view.width = samples.camera.width;
+  view.height = samples.camera.height;
+  view.fx = static_cast<float>(samples.camera.fx);
+  view.fy = static_cast<float>(samples.camera.fy);
+  view.cx = static_cast<float>(samples.camera.cx);
+  view.cy = static_cast<float>(samples.camera.cy);
+  for (int axis = 0; axis < 3; ++axis)
+    for (int i = 0; i < 3; ++i)
+      view.step[axis][i] =
+          static_cast<float>(camera_from_world.linear()(i, axis) * options.voxel_size);
+  view.truncation = static_cast<float>(options.truncation);
+  view.min_depth = static_cast<float>(options.min_depth);
+  view.constant = static_cast<float>(options.noise.constant);
+  view.quadratic = static_cast<float>(options.noise.quadratic);
+  view.offset = static_cast<float>(options.noise.offset);
+  return view;
+}
+
+// Different for every block and frame, the same whatever the order of the blocks.
+std::uint32_t
+roundingSeed(const Eigen::Vector3i& block, std::uint32_t frame)
+{
+  const std::uint64_t mixed =
+      (VoxelBlockMap::key(block) + frame * 0x9e3779b97f4a7c15u) * 0xbf58476d1ce4e5b9u;
+  return static_cast<std::uint32_t>(mixed >> 32);
+}
+
+} // namespace
+
+bool
+TSDFOptions::isValid(std::string* error) const
+{
+  const auto fail = [error](const std::string& reason) {
+    if (error)
+      *error = "TSDFOptions: " + reason;
+    return false;
+  };
+  if (!(voxel_size >= 1e-4 && voxel_size <= 1))
+    return fail(concatenate("voxel_size ", voxel_size, " m; expected 0.0001 to 1"));
+  if (!(truncation >= 2 * voxel_size && truncation <= 100 * voxel_size))
+    return fail(concatenate("truncation ", truncation,
+                            " m; expected 2 to 100 voxels of ", voxel_size, " m"));
+  if (!(min_depth > 0 && min_depth < max_depth && max_depth <= 1000))
+    return fail(concatenate("depth range ", min_depth, " to ", max_depth,
+                            " m; expected 0 < min_depth < max_depth <= 1000"));
+  if (region && !(region->min().allFinite() && region->max().allFinite() &&
+                  (region->sizes().array() > 0).all()))
+    return fail("region must be finite, with min < max along each axis");
+  if (!noise.isValid(error))
+    return false;
+  if (num_threads < 0)
+    return fail(concatenate("num_threads ", num_threads, "; expected 0 (all) or more"));
+  return true;
+}
+
+TSDFVolume::TSDFVolume(const TSDFOptions& options) : impl_(std::make_unique<Impl>())
+{
+  std::string error;
+  if (!options.isValid(&error))
+    throw pcl::BadArgumentException(error);
+  impl_->options = options;
+}
+
+TSDFVolume::~TSDFVolume() = default;
+TSDFVolume::TSDFVolume(TSDFVolume&&) noexcept = default;
+TSDFVolume&
+TSDFVolume::operator=(TSDFVolume&&) noexcept = default;
+
+void
+TSDFVolume::integrate(const RGBDFrame& frame, const CameraIntrinsics& camera,
+                      const Pose& world_from_camera)
+{
+  const TSDFOptions& options = impl_->options;
+  checkFrame(frame, camera);
+  checkPose(world_from_camera, options);
+  const int num_threads = resolveNumThreads(options.num_threads);
+  VoxelBlockMap& blocks = impl_->blocks;
+
+  const DepthSamples samples(frame, camera, options, num_threads);
+  for (const std::uint64_t key :
+       findBandBlocks(samples, world_from_camera, options, num_threads))
+    blocks.insert(key);
+  const Pose camera_from_world = world_from_camera.inverse();
+  const std::vector<std::uint32_t> visible =
+      findVisibleBlocks(blocks, samples, camera_from_world, options, num_threads);
+
+  const FusionView view = makeView(samples, camera_from_world, options);
+  const double block_size = options.voxel_size * block_edge;
+  const std::uint32_t frame_number = impl_->num_frames++;
+#pragma omp parallel for schedule(dynamic, 16) num_threads(num_threads)
+  for (std::size_t i = 0; i < visible.size(); ++i) {
+    const Eigen::Vector3i coordinates = blocks.coordinatesOf(visible[i]);
+    const Eigen::Vector3f corner =
+        (camera_from_world * (coordinates.cast<double>() * block_size)).cast<float>();
+    if (fuseBlock(view, corner.data(), roundingSeed(coordinates, frame_number),
+                  blocks[visible[i]]))
+      blocks.setMayHoldSurface(visible[i]);
+  }
+}
+
+const TSDFOptions&
+TSDFVolume::options() const
+{
+  return impl_->options;
+}
+
+std::size_t
+TSDFVolume::numBlocks() const
+{
+  return impl_->blocks.size();
+}
+
+std::size_t
+TSDFVolume::memoryBytes() const
+{
+  return impl_->blocks.memoryBytes();
+}
+
+std::optional<float>
+TSDFVolume::distance(const Eigen::Vector3f& point) const
+{
+  const Eigen::Vector3d position = point.cast<double>() / impl_->options.voxel_size;
+  // Written so that NaN fails, too.
+  if (!(position.cwiseAbs().maxCoeff() < block_edge * (VoxelBlockMap::limit - 2.0)))
+    return {};
+  const Eigen::Vector3i cell = position.array().floor().cast<int>();
+  const Eigen::Vector3f within = (position - cell.cast<double>()).cast<float>();
+  float sum = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Eigen::Vector3i offset(corner & 1, corner >> 1 & 1, corner >> 2);
+    const Eigen::Vector3i voxel = cell + offset;
+    const VoxelBlock* const block =
+        impl_->blocks.find({voxel.x() >> 3, voxel.y() >> 3, voxel.z() >> 3});
+    const int index =
+        (voxel.z() & 7) * block_slab + (voxel.y() & 7) * block_edge + (voxel.x() & 7);
+    if (!block || block->weight[index] == 0)
+      return {};
+    float share = 1;
+    for (int axis = 0; axis < 3; ++axis)
+      share *= offset[axis] ? within[axis] : 1 - within[axis];
+    sum += share * block->distance[index];
+  }
+  return sum * static_cast<float>(impl_->options.truncation / distance_scale);
+}
+
+} // namespace bundle_icp

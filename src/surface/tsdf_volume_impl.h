@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#pragma once
+
+#include "surface/voxel_blocks.h"
+
+#include <bundle_icp/surface/tsdf_volume.h>
+
+namespace bundle_icp {
+
+struct TSDFVolume::Impl {
+  TSDFOptions options;
+  VoxelBlockMap blocks;
+  std::uint32_t num_frames = 0; ///< fused so far
+
+  float
+  voxelSize() const
+  {
+    return static_cast<float>(options.voxel_size);
+  }
+};
+
+} // namespace bundle_icp

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <cstring>
+#include <memory>
+#include <unordered_map>
+#include <vector>
+
+namespace bundle_icp {
+
+constexpr int block_edge = 8;
+constexpr int block_slab = block_edge * block_edge;
+constexpr int block_voxels = block_slab * block_edge;
+/** Distances are stored in units of truncation / distance_scale. */
+constexpr float distance_scale = 32767;
+
+/** 8^3 voxels, x fastest, as arrays so that rows can be processed by vector
+ * instructions. All zero = nothing observed. */
+struct alignas(64) VoxelBlock {
+  std::int16_t distance[block_voxels];
+  std::uint16_t weight[block_voxels]; ///< coded, see decodeWeight()
+  std::uint32_t color[block_voxels];  ///< 11 bits red, 11 green, 10 blue; 0 = none
+};
+
+/** Weights are floats without sign, with 5 bits of exponent and 11 of mantissa: 2^-14
+ * to 2^18, so that neither a far measurement nor a thousand near ones leave the range.
+ */
+constexpr std::uint32_t weight_base = (127u - 14u) << 23;
+constexpr int weight_shift = 12;
+
+inline float
+decodeWeight(std::uint16_t code)
+{
+  const std::uint32_t bits = (std::uint32_t(code) << weight_shift) + weight_base;
+  float weight;
+  std::memcpy(&weight, &bits, sizeof(weight));
+  return code ? weight : 0.0f;
+}
+
+/** Red, green and blue in [0, 255]. */
+inline Eigen::Vector3f
+decodeColor(std::uint32_t color)
+{
+  return {float(color >> 21) * (255.0f / 2047),
+          float(color >> 10 & 2047) * (255.0f / 2047),
+          float(color & 1023) * (255.0f / 1023)};
+}
+
+/** The blocks of a volume. They are numbered in the order of insertion and never move.
+ */
+class VoxelBlockMap {
+public:
+  /** Coordinates lie in [-limit, limit). */
+  static constexpr int limit = 1 << 20;
+
+  /** One number for three coordinates; ordered by z, y, x. */
+  static std::uint64_t
+  key(const Eigen::Vector3i& block)
+  {
+    const auto field = [](int value) { return std::uint64_t(value + limit); };
+    return field(block.z()) << 42 | field(block.y()) << 21 | field(block.x());
+  }
+
+  static Eigen::Vector3i
+  coordinates(std::uint64_t key)
+  {
+    const auto field = [key](int shift) {
+      return int(key >> shift & 0x1fffff) - limit;
+    };
+    return {field(0), field(21), field(42)};
+  }
+
+  /** Adds a block of zeros unless it exists. */
+  void
+  insert(std::uint64_t key);
+
+  const VoxelBlock*
+  find(const Eigen::Vector3i& block) const;
+
+  std::size_t
+  size() const
+  {
+    return keys_.size();
+  }
+
+  Eigen::Vector3i
+  coordinatesOf(std::size_t index) const
+  {
+    return coordinates(keys_[index]);
+  }
+
+  VoxelBlock&
+  operator[](std::size_t index)
+  {
+    return chunks_[index / chunk_blocks][index % chunk_blocks];
+  }
+
+  const VoxelBlock&
+  operator[](std::size_t index) const
+  {
+    return chunks_[index / chunk_blocks][index % chunk_blocks];
+  }
+
+  /** False as long as no voxel of the block has been behind a surface: free space has
+   * nothing to carve there. */
+  bool
+  mayHoldSurface(std::size_t index) const
+  {
+    return may_hold_surface_[index] != 0;
+  }
+
+  /** Threads may call this for different blocks. */
+  void
+  setMayHoldSurface(std::size_t index)
+  {
+    may_hold_surface_[index] = 1;
+  }
+
+  /** Number of a block, or -1. */
+  std::int64_t
+  indexOf(const Eigen::Vector3i& block) const;
+
+  std::size_t
+  memoryBytes() const;
+
+private:
+  static constexpr std::size_t chunk_blocks = 256;
+
+  std::vector<std::uint64_t> keys_;
+  std::vector<std::uint8_t> may_hold_surface_; // not bool: written by several threads
+  std::vector<std::unique_ptr<VoxelBlock[]>> chunks_;
+  std::unordered_map<std::uint64_t, std::uint32_t> index_of_;
+};
+
+} // namespace bundle_icp

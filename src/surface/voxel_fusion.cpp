@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#include "surface/voxel_fusion.h"
+#include "surface/simd.h"
+
+// One row of a block is one vector: eight voxels, one step for all of them.
+namespace bundle_icp {
+namespace {
+
+using namespace simd;
+static_assert(lanes == block_edge);
+
+constexpr Words lane_hash = {0x9e3779b9u, 0x3c6ef372u, 0xdaa66d2bu, 0x78dde6e4u,
+                             0x1715609du, 0xb54cda56u, 0x5384540fu, 0xf1bbcdc8u};
+
+struct Row {
+  Ints update;   // mask
+  Floats z;      // depth of the voxel [m]
+  Floats u, v;   // where it is seen [px]
+  Ints nearest;  // the pixel there
+  Floats ahead;  // measured depth - z, in truncations
+  Floats value;  // truncated distance, [-1, 1]
+  Floats weight; // of this measurement
+  Floats share;  // of this measurement in the new mean
+  Ints pixel;    // the upper left of the four pixels around (u, v)
+  Floats fu, fv; // where (u, v) lies between them, [0, 1]
+  Words dither;
+};
+
+BUNDLE_ICP_INLINE Ints
+truncated(Floats values)
+{
+  return __builtin_convertvector(values, Ints);
+}
+
+BUNDLE_ICP_INLINE void
+project(const FusionView& view, const float corner[3], Row& row)
+{
+  const Floats x = corner[0] + lane_number * view.step[0][0];
+  const Floats y = corner[1] + lane_number * view.step[0][1];
+  const Floats z = corner[2] + lane_number * view.step[0][2];
+  const Floats inverse = 1 / larger(z, Floats{} + view.min_depth);
+  const Floats u = view.fx * x * inverse + view.cx;
+  const Floats v = view.fy * y * inverse + view.cy;
+  row.update = (z > view.min_depth) & (u >= 0) & (v >= 0) &
+               (u < static_cast<float>(view.width - 1)) &
+               (v < static_cast<float>(view.height - 1));
+  row.z = z;
+  row.u = row.update ? u : 0.0f;
+  row.v = row.update ? v : 0.0f;
+}
+
+// Keeps the voxels in front of the surface and those in its truncation band.
+BUNDLE_ICP_INLINE void
+lookUpNearest(const FusionView& view, Row& row)
+{
+  row.nearest = truncated(row.v + 0.5f) * view.width + truncated(row.u + 0.5f);
+  const Floats measured = gather<Floats>(view.depth, row.nearest);
+  row.ahead = (measured - row.z) * (1 / view.truncation);
+  row.update &= (measured > 0) & (row.ahead > -1);
+}
+
+// Depth between the four pixels where they belong to one surface, else that of the
+// nearest.
+BUNDLE_ICP_INLINE void
+interpolateDepth(const FusionView& view, Row& row)
+{
+  const Ints u0 = truncated(row.u), v0 = truncated(row.v);
+  row.pixel = v0 * view.width + u0;
+  const Floats d00 = gather<Floats>(view.depth, row.pixel);
+  const Floats d01 = gather<Floats>(view.depth + 1, row.pixel);
+  const Floats d10 = gather<Floats>(view.depth + view.width, row.pixel);
+  const Floats d11 = gather<Floats>(view.depth + view.width + 1, row.pixel);
+  const Floats low = smaller(smaller(d00, d01), smaller(d10, d11));
+  const Floats high = larger(larger(d00, d01), larger(d10, d11));
+  const Floats dz = high - view.offset;
+  const Floats limit =
+      4.2f * (view.constant + view.quadratic * dz * dz) + high * (4 / view.fx);
+  const Ints one_surface = (low > 0) & (high - low < limit);
+  const Floats fu = row.u - __builtin_convertvector(u0, Floats);
+  const Floats fv = row.v - __builtin_convertvector(v0, Floats);
+  const Floats zero{}, one = zero + 1;
+  row.fu = one_surface ? fu : (fu < 0.5f ? zero : one);
+  row.fv = one_surface ? fv : (fv < 0.5f ? zero : one);
+  const Floats upper = d00 + row.fu * (d01 - d00), lower = d10 + row.fu * (d11 - d10);
+  const Floats measured = upper + row.fv * (lower - upper);
+  const Ints in_band = row.ahead < 1;
+  row.ahead = in_band ? (measured - row.z) * (1 / view.truncation) : row.ahead;
+}
+
+// Equation (7) along the surface normal, and the weight of the measurement.
+BUNDLE_ICP_INLINE void
+measure(const FusionView& view, Row& row)
+{
+  const Words attributes = gather<Words>(view.attributes, row.nearest);
+  const Floats weight = bitCast<Floats>(attributes & 0xffff0000u);
+  const Floats factor = toFloats(attributes & 0xffffu) * (1.0f / 32768);
+  const Floats one = Floats{} + 1;
+  row.value = row.ahead > 1 ? one : larger(-one, smaller(one, row.ahead * factor));
+  // Behind the surface the weight falls off, so that a thin object's far side survives.
+  row.weight = weight * smaller(one, (row.ahead + 1) * 1.25f);
+  row.update &= row.weight > 0;
+}
+
+// Returns a mask of the voxels that now lie behind the surface.
+BUNDLE_ICP_INLINE Ints
+updateDistance(std::uint32_t seed, Row& row, std::int16_t* distance,
+               std::uint16_t* weight)
+{
+  // A hash of voxel and frame. Rounding that it dithers does not stall when a
+  // measurement moves the mean by less than the last digit.
+  Words hash = lane_hash + seed;
+  hash = (hash ^ hash >> 16) * 0x85ebca6bu;
+  hash = (hash ^ hash >> 13) * 0xc2b2ae35u;
+  row.dither = hash ^ hash >> 16;
+
+  const Words old_code = __builtin_convertvector(load<HalfWords>(weight), Words);
+  const Floats old_weight =
+      old_code ? bitCast<Floats>((old_code << weight_shift) + weight_base) : Floats{};
+  const Floats sum = old_weight + row.weight;
+  row.share = row.weight / sum;
+  const Words sum_bits = bitCast<Words>(sum) + (row.dither >> 20);
+  const Ints sum_code = bitCast<Ints>(sum_bits - weight_base) >> weight_shift;
+  const Ints code = smaller(larger(sum_code, Ints{} + 1), Ints{} + 65535);
+
+  const Ints old_distance = __builtin_convertvector(load<Shorts>(distance), Ints);
+  const Floats old_value = __builtin_convertvector(old_distance, Floats);
+  const Floats value = old_value + row.share * (row.value * distance_scale - old_value);
+  const Floats dither = toFloats(row.dither & 0xffffu) * (1.0f / 65536);
+  // The offset makes the number positive, where cutting off is rounding down.
+  const Ints rounded = __builtin_convertvector(value + dither + 32768, Ints) - 32768;
+
+  const auto new_code =
+      __builtin_convertvector(row.update ? code : bitCast<Ints>(old_code), HalfWords);
+  const auto new_distance =
+      __builtin_convertvector(row.update ? rounded : old_distance, Shorts);
+  std::memcpy(weight, &new_code, sizeof(new_code));
+  std::memcpy(distance, &new_distance, sizeof(new_distance));
+  return row.update & (rounded < 0);
+}
+
+// One channel of the new colour, at its place in the voxel's 32 bits.
+BUNDLE_ICP_INLINE Words
+blendChannel(const Row& row, const Words corners[4], int from, Words old, int to,
+             int largest)
+{
+  const auto get = [from](Words color) { return toFloats(color >> from & 255u); };
+  const Floats upper = get(corners[0]) + row.fu * (get(corners[1]) - get(corners[0]));
+  const Floats lower = get(corners[2]) + row.fu * (get(corners[3]) - get(corners[2]));
+  const Floats color =
+      (upper + row.fv * (lower - upper)) * (static_cast<float>(largest) / 255);
+  const Floats old_color = toFloats(old >> to & static_cast<std::uint32_t>(largest));
+  const Floats share = old ? row.share : Floats{} + 1;
+  const Floats dither = toFloats(row.dither >> to & 1023u) * (1.0f / 1024);
+  const Ints value =
+      __builtin_convertvector(old_color + share * (color - old_color) + dither, Ints);
+  return bitCast<Words>(smaller(value, Ints{} + largest)) << to;
+}
+
+// Colour is wanted where the surface can come to lie, not through the whole band.
+BUNDLE_ICP_INLINE Ints
+nearSurface(const Row& row)
+{
+  return (row.ahead < 0.5f) & (row.ahead > -0.5f);
+}
+
+BUNDLE_ICP_INLINE void
+updateColor(const FusionView& view, const Row& row, std::uint32_t* color)
+{
+  const Words corners[4] = {gather<Words>(view.color, row.pixel),
+                            gather<Words>(view.color + 1, row.pixel),
+                            gather<Words>(view.color + view.width, row.pixel),
+                            gather<Words>(view.color + view.width + 1, row.pixel)};
+  const Words old = load<Words>(color);
+  const Words blended = blendChannel(row, corners, 16, old, 21, 2047) |
+                        blendChannel(row, corners, 8, old, 10, 2047) |
+                        blendChannel(row, corners, 0, old, 0, 1023);
+  const Ints update = row.update & nearSurface(row);
+  // Black must not look like none.
+  const Words result = update ? (blended ? blended : Words{} + 1) : old;
+  std::memcpy(color, &result, sizeof(result));
+}
+
+} // namespace
+
+BUNDLE_ICP_SIMD_CLONES bool
+fuseBlock(const FusionView& view, const float corner[3], std::uint32_t seed,
+          VoxelBlock& block)
+{
+  Ints behind{};
+  for (int i = 0; i < block_slab; ++i) {
+    const float y = static_cast<float>(i % block_edge),
+                z = static_cast<float>(i / block_edge);
+    float first[3];
+    for (int axis = 0; axis < 3; ++axis)
+      first[axis] = corner[axis] + y * view.step[1][axis] + z * view.step[2][axis];
+    Row row{};
+    project(view, first, row);
+    if (!any(row.update))
+      continue;
+    lookUpNearest(view, row);
+    if (!any(row.update))
+      continue;
+    if (any(row.update & (row.ahead < 1)))
+      interpolateDepth(view, row);
+    measure(view, row);
+    const int voxel = i * block_edge;
+    behind |= updateDistance(seed + static_cast<std::uint32_t>(i) * 0x51ed270bu, row,
+                             block.distance + voxel, block.weight + voxel);
+    if (view.color && any(row.update & nearSurface(row)))
+      updateColor(view, row, block.color + voxel);
+  }
+  return any(behind);
+}
+
+} // namespace bundle_icp
