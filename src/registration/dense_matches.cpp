@@ -78,19 +78,22 @@ struct Projection {
   float rotation[3][3];
   float center[3];
   float max_squared, min_cosine;
+  float misalignment_squared;
   float noise_constant, noise_quadratic, noise_offset;
   int width, height;
 
-  Projection(const CameraIntrinsics& camera, const Pose& pose, const Pose& world_from_virtual,
-             const Eigen::Vector3d& about, const DepthNoise& noise, float max_distance)
-  : max_squared(max_distance < 1e18f ? max_distance * max_distance : 3e38f), min_cosine(0.6f),
+  Projection(const TargetGrid& target, const Pose& pose, const Eigen::Vector3d& about,
+             const DepthNoise& noise, const MatchTolerance& tolerance)
+  : max_squared(std::min(3e38f, tolerance.max_distance * tolerance.max_distance)),
+    min_cosine(0.6f), misalignment_squared(tolerance.misalignment * tolerance.misalignment),
     noise_constant(static_cast<float>(noise.constant)),
     noise_quadratic(static_cast<float>(noise.quadratic)),
-    noise_offset(static_cast<float>(noise.offset)), width(camera.width), height(camera.height)
+    noise_offset(static_cast<float>(noise.offset)), width(target.camera.width), height(target.camera.height)
   {
+    const CameraIntrinsics& camera = target.camera;
     Eigen::Matrix3d k;
     k << camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1;
-    const Pose virtual_from_source = world_from_virtual.inverse() * pose;
+    const Pose virtual_from_source = target.world_from_virtual.inverse() * pose;
     const Eigen::Matrix<double, 3, 4> p = k * virtual_from_source.matrix().topRows<3>();
     for (int i = 0; i < 3; ++i) {
       for (int j = 0; j < 3; ++j) {
@@ -126,7 +129,8 @@ project(const Projection& p, const SourcePoints& s, std::size_t begin, std::size
     const int row = static_cast<int>(inside ? v : 0.0f);
     target[i] = inside ? row * p.width + column : -1;
     const float d = z[i] - p.noise_offset;
-    inverse_sigma[i] = 1 / (p.noise_constant + p.noise_quadratic * d * d);
+    const float sigma = p.noise_constant + p.noise_quadratic * d * d;
+    inverse_sigma[i] = 1 / std::sqrt(sigma * sigma + p.misalignment_squared);
   }
 }
 
@@ -251,19 +255,18 @@ selectSource(const AlignmentProblem& problem, int stride)
 }
 
 void
-matchByProjection(const AlignmentProblem& problem, const CameraIntrinsics& camera,
-                  const PointsView& target, const SourcePoints& source, const Pose& pose,
-                  const Pose& world_from_virtual, const Eigen::Vector3d& center, float max_distance,
-                  Matches& matches)
+matchByProjection(const AlignmentProblem& problem, const TargetGrid& target,
+                  const SourcePoints& source, const Pose& pose, const Eigen::Vector3d& center,
+                  const MatchTolerance& tolerance, Matches& matches)
 {
   matches.resize(source.size());
-  const Projection projection(camera, pose, world_from_virtual, center, problem.noise, max_distance);
+  const Projection projection(target, pose, center, problem.noise, tolerance);
   const std::size_t chunks = (source.size() + CHUNK - 1) / CHUNK;
 #pragma omp parallel for num_threads(resolveThreads(problem.num_threads)) schedule(static)
   for (std::size_t c = 0; c < chunks; ++c) {
     const std::size_t begin = c * CHUNK, end = std::min(source.size(), begin + CHUNK);
     project(projection, source, begin, end, matches);
-    gather(projection, target, source, begin, end, matches);
+    gather(projection, target.points, source, begin, end, matches);
   }
 }
 

@@ -2,7 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #pragma once
 
-#include <bundle_icp/registration/point_alignment.h>
+#include "target_grid.h"
 
 #include <vector>
 
@@ -55,12 +55,19 @@ struct DenseSystem {
 SourcePoints
 selectSource(const AlignmentProblem& problem, int stride);
 
+/** How generous a level of detail is. */
+struct MatchTolerance {
+  float max_distance = 0; ///< of a match [m]
+  /** Distance that a pose still to be found may leave [m]: widens sigma, or the structures
+   *  that hold the pose would be taken for outliers of the walls that are already aligned. */
+  float misalignment = 0;
+};
+
 /** Associates by projection into the target's grid and fills matches. */
 void
-matchByProjection(const AlignmentProblem& problem, const CameraIntrinsics& camera,
-                  const PointsView& target, const SourcePoints& source, const Pose& pose,
-                  const Pose& world_from_virtual, const Eigen::Vector3d& center, float max_distance,
-                  Matches& matches);
+matchByProjection(const AlignmentProblem& problem, const TargetGrid& target,
+                  const SourcePoints& source, const Pose& pose, const Eigen::Vector3d& center,
+                  const MatchTolerance& tolerance, Matches& matches);
 
 /** Ratio of observed to expected standard deviation: 1.4826 times the median of |r| / sigma. */
 double

@@ -40,8 +40,7 @@ NearestMatcher::findNearest(const SourcePoints& source, const Pose& pose,
                             const Eigen::Vector3d& center, float max_distance, Matches& m) const
 {
   const Eigen::Matrix3d rotation = pose.linear();
-  const float limit = max_distance < 1e18f ? max_distance * max_distance
-                                           : std::numeric_limits<float>::max();
+  const float limit = std::min(std::numeric_limits<float>::max(), max_distance * max_distance);
 #pragma omp parallel num_threads(resolveThreads(problem_.num_threads))
   {
     std::vector<int> nearest;

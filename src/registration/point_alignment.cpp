@@ -18,8 +18,8 @@ namespace {
 constexpr double POINTS_OF_LAST_LEVEL = 80000;
 /** Fewer points than this are no level of their own. */
 constexpr double MIN_POINTS_OF_LEVEL = 500;
-/** Largest distance of a projective match on the three levels [m]. */
-constexpr double LEVEL_DISTANCE[] = {0.5, 0.2, 0.1};
+/** Largest distance of a projective match, and misalignment allowed for, on the levels [m]. */
+constexpr MatchTolerance LEVEL_TOLERANCE[] = {{0.5f, 0.1f}, {0.3f, 0.03f}, {0.15f, 0}};
 /** Share of the iterations that may be spent up to the end of a level. */
 constexpr double LEVEL_BUDGET[] = {0.4, 0.7, 1};
 /** Observed noise counts as at least this share of the model's: residuals of exact data must
@@ -79,7 +79,7 @@ private:
   std::optional<VisualPose> visual_pose_;
   std::vector<SourcePoints> levels_;
   const SourcePoints* source_ = nullptr;
-  double max_distance_ = 0;
+  MatchTolerance tolerance_;
   Matches matches_;
   Pose pose_, initial_pose_ = Pose::Identity();
   Eigen::Vector3d center_ = Eigen::Vector3d::Zero();
@@ -174,14 +174,13 @@ Aligner::prepare()
 Aligner::Evaluation
 Aligner::evaluate()
 {
-  const float limit = static_cast<float>(std::min(max_distance_, 1e18));
   if (grid_)
-    matchByProjection(problem_, grid_->camera, grid_->points, *source_, pose_,
-                      grid_->world_from_virtual, center_, limit, matches_);
+    matchByProjection(problem_, *grid_, *source_, pose_, center_, tolerance_, matches_);
   else
-    nearest_.match(*source_, pose_, center_, limit, matches_);
+    nearest_.match(*source_, pose_, center_, tolerance_.max_distance, matches_);
   Evaluation at;
-  at.scale = std::max(grid_ ? MIN_SCALE : 1e-6 * length_, robustScale(matches_));
+  const double floor = !grid_ ? 1e-6 * length_ : tolerance_.misalignment > 0 ? 1 : MIN_SCALE;
+  at.scale = std::max(floor, robustScale(matches_));
   at.dense = accumulate(matches_, at.scale, problem_.num_threads);
   if (visual_pose_)
     at.visual = accumulateVisual(problem_.visual, pose_, center_, visual_pose_->scale);
@@ -237,7 +236,9 @@ bool
 Aligner::runLevel(std::size_t level)
 {
   source_ = &levels_[level];
-  max_distance_ = grid_ ? std::min(problem_.max_distance, LEVEL_DISTANCE[level]) : problem_.max_distance;
+  const float limit = static_cast<float>(std::min(problem_.max_distance, 1e18));
+  tolerance_ = grid_ ? LEVEL_TOLERANCE[level] : MatchTolerance{limit, 0};
+  tolerance_.max_distance = std::min(tolerance_.max_distance, limit);
   const int budget = static_cast<int>(LEVEL_BUDGET[level] * problem_.max_iterations);
   mean_squared_ = -1;
   while (out_.result.iterations < budget) {

@@ -2,12 +2,11 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include <bundle_icp/registration/virtual_depth.h>
 
+#include "merge_views.h"
 #include "threads.h"
-#include "warp_view.h"
 
 #include <pcl/exceptions.h>
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -15,113 +14,6 @@ namespace bundle_icp {
 namespace {
 
 constexpr float NOT_SEEN = std::numeric_limits<float>::quiet_NaN();
-/** A surface in front counts only with this share of the weight of what is seen behind it. */
-constexpr float MIN_WEIGHT_SHARE = 0.1f;
-
-/** What a view contributes to one virtual pixel. */
-struct Sample {
-  float depth, sigma, weight;
-  Eigen::Vector3f normal;
-};
-
-/** A warped view with what turns its samples' weights and normals to the virtual camera. */
-struct Contribution {
-  const DepthView* view;
-  WarpedView warped;
-  Eigen::Matrix3f rotation; // virtual from view
-  Eigen::Vector3f center;   // of the view, in the virtual frame
-};
-
-struct Merger {
-  const std::vector<Contribution>& contributions;
-  const VirtualDepthOptions& options;
-  VirtualDepth& out;
-
-  bool
-  sample(const Contribution& from, int u, int v, const Eigen::Vector3f& ray, Sample& s) const;
-  void
-  mergePixel(int u, int v, std::vector<Sample>& samples) const;
-};
-
-bool
-Merger::sample(const Contribution& from, int u, int v, const Eigen::Vector3f& ray, Sample& s) const
-{
-  const float inverse = from.warped.inverse_depth.ptr<float>(v)[u];
-  if (!(inverse > 0))
-    return false;
-  const int pixel = from.warped.source.ptr<std::int32_t>(v)[u];
-  s.depth = 1 / inverse;
-  s.normal = from.rotation *
-             Eigen::Map<const Eigen::Vector3f>(from.view->normals.ptr<float>() + 3 * pixel);
-  // The measured depth moves the point along the view's ray; how far this moves the surface
-  // along the virtual ray depends on how both meet it.
-  const Eigen::Vector3f point = s.depth * ray;
-  const float view_depth = from.view->depth.ptr<float>()[pixel];
-  const float along_view = s.normal.dot(point - from.center) / view_depth;
-  const float along_virtual = s.normal.dot(ray);
-  if (along_virtual >= 0 || along_view >= 0)
-    return false;
-  const float gain = std::min(2.0f, along_virtual / along_view);
-  s.weight = from.view->weight.ptr<float>()[pixel] * gain * gain;
-  s.sigma = static_cast<float>(options.noise.sigma(s.depth));
-  return true;
-}
-
-/** Samples of the nearest surface, moved to the front: those within merge_sigmas of the first. */
-std::size_t
-nearestSurface(const Sample* samples, std::size_t count, float merge_sigmas)
-{
-  const float reach = merge_sigmas * std::sqrt(2.0f) * samples[0].sigma;
-  std::size_t end = 1;
-  while (end < count && samples[end].depth - samples[0].depth <= reach)
-    ++end;
-  return end;
-}
-
-float
-sumOfWeights(const Sample* begin, const Sample* end)
-{
-  float sum = 0;
-  for (const Sample* s = begin; s != end; ++s)
-    sum += s->weight;
-  return sum;
-}
-
-void
-Merger::mergePixel(int u, int v, std::vector<Sample>& samples) const
-{
-  const Eigen::Vector3f ray(static_cast<float>((u - out.camera.cx) / out.camera.fx),
-                            static_cast<float>((v - out.camera.cy) / out.camera.fy), 1);
-  samples.clear();
-  Sample s;
-  for (const Contribution& from : contributions)
-    if (sample(from, u, v, ray, s))
-      samples.push_back(s);
-  if (samples.empty())
-    return;
-  std::stable_sort(samples.begin(), samples.end(),
-                   [](const Sample& a, const Sample& b) { return a.depth < b.depth; });
-  const float sigmas = static_cast<float>(options.merge_sigmas);
-  const Sample *begin = samples.data(), *last = begin + samples.size();
-  const Sample* end = begin + nearestSurface(begin, samples.size(), sigmas);
-  while (end != last &&
-         sumOfWeights(begin, end) < MIN_WEIGHT_SHARE * sumOfWeights(end, last)) {
-    begin = end;
-    end = begin + nearestSurface(begin, static_cast<std::size_t>(last - begin), sigmas);
-  }
-  float weight = 0, depth = 0;
-  Eigen::Vector3f normal = Eigen::Vector3f::Zero();
-  for (const Sample* i = begin; i != end; ++i) {
-    weight += i->weight;
-    depth += i->weight * (i->depth - begin->depth);
-    normal += i->weight * i->normal;
-  }
-  out.depth.at<float>(v, u) = begin->depth + depth / weight;
-  out.variance.at<float>(v, u) = 1 / weight;
-  normal.normalize();
-  out.normals.at<cv::Vec3f>(v, u) = cv::Vec3f(normal.x(), normal.y(), normal.z());
-}
-
 void
 checkViews(const std::vector<RegisteredView>& views)
 {
@@ -246,20 +138,10 @@ renderVirtualDepth(const std::vector<RegisteredView>& views,
   out.camera = camera.undistorted();
   out.world_from_camera = world_from_virtual;
   const cv::Size size(camera.width, camera.height);
-  out.depth = cv::Mat(size, CV_32FC1, cv::Scalar::all(NOT_SEEN));
-  out.normals = cv::Mat(size, CV_32FC3, cv::Scalar::all(NOT_SEEN));
-  out.variance = cv::Mat(size, CV_32FC1, cv::Scalar::all(NOT_SEEN));
-  const std::vector<Contribution> contributions = warpViews(views, out, options);
-  const Merger merger{contributions, options, out};
-#pragma omp parallel num_threads(resolveThreads(options.num_threads))
-  {
-    std::vector<Sample> samples;
-    samples.reserve(contributions.size());
-#pragma omp for schedule(static)
-    for (int v = 0; v < size.height; ++v)
-      for (int u = 0; u < size.width; ++u)
-        merger.mergePixel(u, v, samples);
-  }
+  out.depth.create(size, CV_32FC1);
+  out.normals.create(size, CV_32FC3);
+  out.variance.create(size, CV_32FC1);
+  mergeViews(warpViews(views, out, options), options, out);
   return out;
 }
 

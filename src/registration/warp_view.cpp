@@ -106,19 +106,27 @@ public:
   void
   add(int u, int v, float inverse_z, int pixel)
   {
-    float& held = inverse.ptr<float>(v)[u];
-    float& count = count_.ptr<float>(v)[u];
+    const std::size_t at = static_cast<std::size_t>(v) * static_cast<std::size_t>(width) +
+                           static_cast<std::size_t>(u);
+    float& held = inverse_[at];
+    float& count = counts_[at];
+    if (held == 0) {
+      held = inverse_z;
+      count = 1;
+      source_[at] = pixel;
+      return;
+    }
     const float nearest = std::max(held, inverse_z), d = 1 / nearest - offset_;
     // sigma(z) / z^2 is the standard deviation of inverse depth.
     const float tolerance = (constant_ + quadratic_ * d * d) * nearest * nearest;
-    if (held > 0 && std::abs(inverse_z - held) <= tolerance) {
+    if (std::abs(inverse_z - held) <= tolerance) {
       count += 1;
       held += (inverse_z - held) / count;
     }
     else if (inverse_z > held) {
       held = inverse_z;
       count = 1;
-      source.ptr<std::int32_t>(v)[u] = pixel;
+      source_[at] = pixel;
     }
   }
 
@@ -127,6 +135,9 @@ public:
 
 private:
   cv::Mat count_;
+  float* inverse_ = inverse.ptr<float>();
+  float* counts_ = count_.ptr<float>();
+  int* source_ = source.ptr<int>();
   float constant_, quadratic_, offset_;
 };
 
@@ -138,8 +149,67 @@ struct Cell {
   int pixel_o, step_a, step_b; // source pixel of o, and steps to those of a and b
 };
 
-void
-renderCell(const Cell& cell, int u0, int u1, int v0, int v1, Target& target)
+/** Pixels whose centres lie in the bounding box of a cell; empty when u0 > u1 or v0 > v1. */
+struct Box {
+  int u0, u1, v0, v1;
+};
+
+/** The same for a whole row of quads. */
+struct RowBoxes {
+  std::vector<int> u0, u1, v0, v1;
+
+  explicit RowBoxes(std::size_t width) : u0(width), u1(width), v0(width), v1(width) {}
+};
+
+inline float
+smaller(float a, float b)
+{
+  return a < b ? a : b;
+}
+
+inline float
+larger(float a, float b)
+{
+  return a > b ? a : b;
+}
+
+/** First and last pixel between two coordinates, with the seam; empty for a cell too large. */
+inline void
+pixelRange(float low, float high, float size, int& first, int& last)
+{
+  const float seam = SEAM * (high - low);
+  const float begin = std::ceil(larger(low - seam, 0));
+  const float end = std::floor(smaller(high + seam, size - 1));
+  const bool usable = high - low <= MAX_CELL && begin <= end;
+  first = static_cast<int>(usable ? begin : 1.0f);
+  last = static_cast<int>(usable ? end : 0.0f);
+}
+
+BUNDLE_ICP_SIMD void
+boundQuads(const VertexRow& top, const VertexRow& bottom, int quads, const Target& target,
+           RowBoxes& boxes)
+{
+  const float *tu = top.u.data(), *tv = top.v.data();
+  const float *bu = bottom.u.data(), *bv = bottom.v.data();
+  const float *right = top.link_right.data(), *below = bottom.link_right.data();
+  const float* down = top.link_down.data();
+  int *u0 = boxes.u0.data(), *u1 = boxes.u1.data(), *v0 = boxes.v0.data(), *v1 = boxes.v1.data();
+  const float width = static_cast<float>(target.width), height = static_cast<float>(target.height);
+  for (int c = 0; c < quads; ++c) {
+    const float u_min = smaller(smaller(tu[c], tu[c + 1]), smaller(bu[c], bu[c + 1]));
+    const float u_max = larger(larger(tu[c], tu[c + 1]), larger(bu[c], bu[c + 1]));
+    const float v_min = smaller(smaller(tv[c], tv[c + 1]), smaller(bv[c], bv[c + 1]));
+    const float v_max = larger(larger(tv[c], tv[c + 1]), larger(bv[c], bv[c + 1]));
+    pixelRange(u_min, u_max, width, u0[c], u1[c]);
+    pixelRange(v_min, v_max, height, v0[c], v1[c]);
+    // At least two linked edges make a cell.
+    const bool linked = right[c] + below[c] + down[c] + down[c + 1] >= 2;
+    u1[c] = linked && v0[c] <= v1[c] ? u1[c] : -1;
+  }
+}
+
+inline void
+renderCell(const Cell& cell, const Box& box, Target& target)
 {
   const float ax = cell.a.u - cell.o.u, ay = cell.a.v - cell.o.v;
   const float bx = cell.b.u - cell.o.u, by = cell.b.v - cell.o.v;
@@ -153,49 +223,20 @@ renderCell(const Cell& cell, int u0, int u1, int v0, int v1, Target& target)
   const float da = cell.a.inverse_z - cell.o.inverse_z;
   const float db = cell.b.inverse_z - cell.o.inverse_z;
   const float dc = cell.quad ? cell.c.inverse_z - cell.a.inverse_z - db : 0;
-  for (int v = v0; v <= v1; ++v)
-    for (int u = u0; u <= u1; ++u) {
+  for (int v = box.v0; v <= box.v1; ++v)
+    for (int u = box.u0; u <= box.u1; ++u) {
       const float x = static_cast<float>(u) - cell.o.u, y = static_cast<float>(v) - cell.o.v;
       float s = (x * by - y * bx) * scale, t = (ax * y - ay * x) * scale;
-      // A quad is nearly a parallelogram: two fixed-point steps invert its bilinear map.
-      for (int k = 0; k < 2 && cell.quad; ++k) {
-        const float xk = x - s * t * gx, yk = y - s * t * gy;
-        s = (xk * by - yk * bx) * scale;
-        t = (ax * yk - ay * xk) * scale;
-      }
+      // A quad is nearly a parallelogram: a fixed-point step inverts its bilinear map.
+      const float xk = x - s * t * gx, yk = y - s * t * gy;
+      s = (xk * by - yk * bx) * scale;
+      t = (ax * yk - ay * xk) * scale;
       const bool inside = s >= -SEAM && t >= -SEAM &&
-                          (cell.quad ? std::max(s, t) : s + t) <= 1 + SEAM;
+                          (cell.quad ? larger(s, t) : s + t) <= 1 + SEAM;
       if (inside)
         target.add(u, v, cell.o.inverse_z + s * da + t * db + s * t * dc,
                    cell.pixel_o + (s > 0.5f ? cell.step_a : 0) + (t > 0.5f ? cell.step_b : 0));
     }
-}
-
-/** Renders the cell when a pixel centre lies in its bounding box. */
-void
-renderBounded(const Cell& cell, Target& target)
-{
-  float u_min = std::min({cell.o.u, cell.a.u, cell.b.u});
-  float u_max = std::max({cell.o.u, cell.a.u, cell.b.u});
-  float v_min = std::min({cell.o.v, cell.a.v, cell.b.v});
-  float v_max = std::max({cell.o.v, cell.a.v, cell.b.v});
-  if (cell.quad) {
-    u_min = std::min(u_min, cell.c.u);
-    u_max = std::max(u_max, cell.c.u);
-    v_min = std::min(v_min, cell.c.v);
-    v_max = std::max(v_max, cell.c.v);
-  }
-  if (u_max < -SEAM || v_max < -SEAM || u_min > static_cast<float>(target.width) ||
-      v_min > static_cast<float>(target.height) || u_max - u_min > MAX_CELL ||
-      v_max - v_min > MAX_CELL)
-    return;
-  const float seam_u = SEAM * (u_max - u_min), seam_v = SEAM * (v_max - v_min);
-  const int u0 = std::max(0, static_cast<int>(std::ceil(u_min - seam_u)));
-  const int u1 = std::min(target.width - 1, static_cast<int>(std::floor(u_max + seam_u)));
-  const int v0 = std::max(0, static_cast<int>(std::ceil(v_min - seam_v)));
-  const int v1 = std::min(target.height - 1, static_cast<int>(std::floor(v_max + seam_v)));
-  if (u0 <= u1 && v0 <= v1)
-    renderCell(cell, u0, u1, v0, v1, target);
 }
 
 Vertex
@@ -206,30 +247,31 @@ vertex(const VertexRow& row, int column)
 }
 
 /** Cells between two rows of vertices. Where one of four vertices lies on another surface,
- *  the triangle of the other three remains; `a` always follows `b` clockwise as in a quad. */
+ *  the triangle of the other three remains; from its corner, `b` follows `a` clockwise. */
 void
-renderBetween(const VertexRow& top, const VertexRow& bottom, int row, int width, Target& target)
+renderBetween(const VertexRow& top, const VertexRow& bottom, int row, int width,
+              const RowBoxes& boxes, Target& target)
 {
   for (int c = 0; c + 1 < width; ++c) {
     const std::size_t i = static_cast<std::size_t>(c);
+    const Box box{boxes.u0[i], boxes.u1[i], boxes.v0[i], boxes.v1[i]};
+    if (box.u0 > box.u1)
+      continue;
     const bool t = top.link_right[i] > 0, b = bottom.link_right[i] > 0;
     const bool l = top.link_down[i] > 0, r = top.link_down[i + 1] > 0;
-    const int links = t + b + l + r;
-    if (links < 2)
-      continue;
     const int pixel = row * width + c;
     const Vertex v00 = vertex(top, c), v10 = vertex(top, c + 1);
     const Vertex v01 = vertex(bottom, c), v11 = vertex(bottom, c + 1);
-    if (links == 4)
-      renderBounded({v00, v10, v01, v11, true, pixel, 1, width}, target);
+    if (t && b && l && r)
+      renderCell({v00, v10, v01, v11, true, pixel, 1, width}, box, target);
     else if (t && l)
-      renderBounded({v00, v10, v01, v11, false, pixel, 1, width}, target);
+      renderCell({v00, v10, v01, v11, false, pixel, 1, width}, box, target);
     else if (t && r)
-      renderBounded({v10, v11, v00, v01, false, pixel + 1, width, -1}, target);
+      renderCell({v10, v11, v00, v01, false, pixel + 1, width, -1}, box, target);
     else if (b && r)
-      renderBounded({v11, v01, v10, v00, false, pixel + 1 + width, -1, -width}, target);
+      renderCell({v11, v01, v10, v00, false, pixel + 1 + width, -1, -width}, box, target);
     else if (b && l)
-      renderBounded({v01, v00, v11, v10, false, pixel + width, -width, 1}, target);
+      renderCell({v01, v00, v11, v10, false, pixel + width, -width, 1}, box, target);
   }
 }
 
@@ -246,6 +288,7 @@ warpView(const DepthView& view,
   const SurfaceLink linked(view.camera, options);
   Target target(camera, options);
   VertexRow top(static_cast<std::size_t>(width)), bottom(static_cast<std::size_t>(width));
+  RowBoxes boxes(static_cast<std::size_t>(width));
   for (int v = 0; v < height; ++v) {
     const float* z = view.depth.ptr<float>(v);
     warpRow(z, view.weight.ptr<float>(v), width, v, warp, bottom);
@@ -254,7 +297,8 @@ warpView(const DepthView& view,
     if (v > 0) {
       linkVertices(view.depth.ptr<float>(v - 1), z, top.valid.data(), bottom.valid.data(),
                    width, linked, top.link_down.data());
-      renderBetween(top, bottom, v - 1, width, target);
+      boundQuads(top, bottom, width - 1, target, boxes);
+      renderBetween(top, bottom, v - 1, width, boxes, target);
     }
     std::swap(top, bottom);
   }

@@ -93,6 +93,19 @@ viewPoints(const pcl::PointCloud<PointT>& cloud)
   return view;
 }
 
+/** Moves a cloud, with its normals where it has them; in and out may be the same. */
+template <typename PointT, typename Scalar>
+void
+transformPoints(const pcl::PointCloud<PointT>& in,
+                pcl::PointCloud<PointT>& out,
+                const Eigen::Matrix<Scalar, 4, 4>& matrix)
+{
+  if constexpr (pcl::traits::has_normal<PointT>::value)
+    pcl::transformPointCloudWithNormals(in, out, matrix);
+  else
+    pcl::transformPointCloud(in, out, matrix);
+}
+
 } // namespace detail
 
 template <typename PointSource, typename PointTarget, typename Scalar>
@@ -255,20 +268,13 @@ BundleICP<PointSource, PointTarget, Scalar>::computeTransformation(PointCloudSou
     result_.status = BundleICPStatus::INVALID_INPUT;
     return;
   }
-  const PointCloudSource subset = output;
-  const auto transformOutput = [&](const Pose& pose) {
-    const Matrix4 matrix = pose.matrix().template cast<Scalar>();
-    if constexpr (pcl::traits::has_normal<PointSource>::value)
-      pcl::transformPointCloudWithNormals(subset, output, matrix);
-    else
-      pcl::transformPointCloud(subset, output, matrix);
-  };
   AlignmentProblem problem = makeProblem();
   if (this->update_visualizer_)
     problem.on_iteration = [&](const Pose& pose, const std::vector<int>& source,
                                const std::vector<int>& target) {
-      transformOutput(pose);
-      this->update_visualizer_(output, source, *rendered_, target);
+      PointCloudSource moved;
+      detail::transformPoints(*this->input_, moved, Matrix4(pose.matrix().template cast<Scalar>()));
+      this->update_visualizer_(moved, source, *rendered_, target);
     };
   const Alignment alignment = alignPoints(problem, closestPose(start));
   result_ = alignment.result;
@@ -280,7 +286,7 @@ BundleICP<PointSource, PointTarget, Scalar>::computeTransformation(PointCloudSou
   this->transformation_ = alignment.last_step.matrix().template cast<Scalar>();
   this->previous_transformation_ =
       (alignment.last_step.inverse() * alignment.world_from_source).matrix().template cast<Scalar>();
-  transformOutput(alignment.world_from_source);
+  detail::transformPoints(output, output, this->final_transformation_);
 }
 
 } // namespace bundle_icp

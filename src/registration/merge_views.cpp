@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#include "merge_views.h"
+
+#include "simd.h"
+#include "threads.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace bundle_icp {
+namespace {
+
+/** A surface in front counts only with this share of the weight of what is seen behind it. */
+constexpr float MIN_WEIGHT_SHARE = 0.1f;
+/** Depth of a sample that shows nothing [m]: finite, so that sums stay free of NaN. */
+constexpr float FAR_AWAY = 1e6f;
+
+/** Samples that one view contributes to a row of the virtual image. */
+struct RowSamples {
+  std::vector<float> depth, weight, nx, ny, nz;
+
+  explicit RowSamples(std::size_t width)
+  : depth(width), weight(width), nx(width), ny(width), nz(width)
+  {}
+};
+
+/** Weighted sums over the samples of the nearest surface. */
+struct RowSums {
+  std::vector<float> front, weight, depth, nx, ny, nz, behind;
+
+  explicit RowSums(std::size_t width)
+  : front(width), weight(width), depth(width), nx(width), ny(width), nz(width), behind(width)
+  {}
+};
+
+/** The measured depth moves a point along the view's ray. How far this moves the surface along the
+ *  virtual ray, and so its weight there, depends on how both meet it. */
+BUNDLE_ICP_SIMD void
+sampleRow(const Contribution& from, const CameraIntrinsics& camera, int row, RowSamples& out)
+{
+  const float* inverse = from.warped.inverse_depth.ptr<float>(row);
+  const int* source = from.warped.source.ptr<int>(row);
+  const float* normals = from.view->normals.ptr<float>();
+  const float* depths = from.view->depth.ptr<float>();
+  const float* weights = from.view->weight.ptr<float>();
+  const Eigen::Matrix3f& R = from.rotation;
+  const float r00 = R(0, 0), r01 = R(0, 1), r02 = R(0, 2), r10 = R(1, 0), r11 = R(1, 1),
+              r12 = R(1, 2), r20 = R(2, 0), r21 = R(2, 1), r22 = R(2, 2);
+  const float ox = from.center.x(), oy = from.center.y(), oz = from.center.z();
+  const float y = static_cast<float>((row - camera.cy) / camera.fy);
+  const float cx = static_cast<float>(camera.cx), scale = static_cast<float>(1 / camera.fx);
+  float *depth = out.depth.data(), *weight = out.weight.data();
+  float *nx = out.nx.data(), *ny = out.ny.data(), *nz = out.nz.data();
+  for (int u = 0; u < camera.width; ++u) {
+    const int pixel = source[u] < 0 ? 0 : source[u];
+    const float a = normals[3 * pixel], b = normals[3 * pixel + 1], c = normals[3 * pixel + 2];
+    const float x = (static_cast<float>(u) - cx) * scale;
+    const float z = 1 / (source[u] < 0 ? 1.0f : inverse[u]);
+    nx[u] = r00 * a + r01 * b + r02 * c;
+    ny[u] = r10 * a + r11 * b + r12 * c;
+    nz[u] = r20 * a + r21 * b + r22 * c;
+    const float along_virtual = nx[u] * x + ny[u] * y + nz[u];
+    const float along_view =
+        (z * along_virtual - nx[u] * ox - ny[u] * oy - nz[u] * oz) / depths[pixel];
+    const float ratio = along_virtual / along_view;
+    const float gain = ratio < 2 ? ratio : 2.0f;
+    const bool seen = source[u] >= 0 && along_virtual < 0 && along_view < 0;
+    depth[u] = seen ? z : FAR_AWAY;
+    weight[u] = seen ? weights[pixel] * gain * gain : 0.0f;
+    nx[u] = seen ? nx[u] : 0.0f;
+    ny[u] = seen ? ny[u] : 0.0f;
+    nz[u] = seen ? nz[u] : 0.0f;
+  }
+}
+
+/** Sums the samples within merge_sigmas of the nearest one, in columns begin to end. */
+BUNDLE_ICP_SIMD void
+sumNearest(const std::vector<RowSamples>& samples, const VirtualDepthOptions& options, int begin,
+           int end, RowSums& sums)
+{
+  const float reach = static_cast<float>(options.merge_sigmas * std::sqrt(2.0));
+  const float constant = static_cast<float>(options.noise.constant) * reach;
+  const float quadratic = static_cast<float>(options.noise.quadratic) * reach;
+  const float offset = static_cast<float>(options.noise.offset);
+  float *front = sums.front.data(), *weight = sums.weight.data(), *depth = sums.depth.data();
+  float *nx = sums.nx.data(), *ny = sums.ny.data(), *nz = sums.nz.data();
+  float* behind = sums.behind.data();
+  for (int u = begin; u < end; ++u) {
+    front[u] = FAR_AWAY;
+    weight[u] = depth[u] = nx[u] = ny[u] = nz[u] = behind[u] = 0;
+  }
+  for (const RowSamples& s : samples) {
+    const float* z = s.depth.data();
+    for (int u = begin; u < end; ++u)
+      front[u] = z[u] < front[u] ? z[u] : front[u];
+  }
+  for (const RowSamples& s : samples) {
+    const float *z = s.depth.data(), *w = s.weight.data();
+    const float *sx = s.nx.data(), *sy = s.ny.data(), *sz = s.nz.data();
+    for (int u = begin; u < end; ++u) {
+      const float d = front[u] - offset, step = z[u] - front[u];
+      const bool same = step <= constant + quadratic * d * d;
+      const float used = same ? w[u] : 0.0f;
+      weight[u] += used;
+      depth[u] += used * step;
+      nx[u] += used * sx[u];
+      ny[u] += used * sy[u];
+      nz[u] += used * sz[u];
+      behind[u] += same ? 0.0f : w[u];
+    }
+  }
+}
+
+/** Removes the nearest surface from one column: hardly any weight says that it exists. */
+void
+removeFront(std::vector<RowSamples>& samples, const VirtualDepthOptions& options, int column,
+            float front)
+{
+  const std::size_t u = static_cast<std::size_t>(column);
+  const double reach = options.merge_sigmas * std::sqrt(2.0) * options.noise.sigma(front);
+  for (RowSamples& s : samples)
+    if (s.depth[u] - front <= static_cast<float>(reach)) {
+      s.depth[u] = FAR_AWAY;
+      s.weight[u] = 0;
+    }
+}
+
+void
+writeRow(const RowSums& sums, int row, VirtualDepth& out)
+{
+  float* depth = out.depth.ptr<float>(row);
+  float* variance = out.variance.ptr<float>(row);
+  cv::Vec3f* normals = out.normals.ptr<cv::Vec3f>(row);
+  constexpr float NOT_SEEN = std::numeric_limits<float>::quiet_NaN();
+  for (int column = 0; column < out.camera.width; ++column) {
+    const std::size_t u = static_cast<std::size_t>(column);
+    const bool seen = sums.weight[u] > 0;
+    const float scale = seen ? 1 / sums.weight[u] : NOT_SEEN;
+    const float x = sums.nx[u], y = sums.ny[u], z = sums.nz[u];
+    const float norm = seen ? 1 / std::sqrt(x * x + y * y + z * z) : NOT_SEEN;
+    depth[column] = sums.front[u] + sums.depth[u] * scale;
+    variance[column] = scale;
+    normals[column] = cv::Vec3f(x * norm, y * norm, z * norm);
+  }
+}
+
+} // namespace
+
+void
+mergeViews(const std::vector<Contribution>& contributions,
+           const VirtualDepthOptions& options,
+           VirtualDepth& out)
+{
+  const int width = out.camera.width;
+#pragma omp parallel num_threads(resolveThreads(options.num_threads))
+  {
+    std::vector<RowSamples> samples(contributions.size(),
+                                    RowSamples(static_cast<std::size_t>(width)));
+    RowSums sums(static_cast<std::size_t>(width));
+#pragma omp for schedule(static)
+    for (int row = 0; row < out.camera.height; ++row) {
+      for (std::size_t i = 0; i < contributions.size(); ++i)
+        sampleRow(contributions[i], out.camera, row, samples[i]);
+      sumNearest(samples, options, 0, width, sums);
+      for (int u = 0; u < width; ++u) {
+        const std::size_t c = static_cast<std::size_t>(u);
+        while (sums.weight[c] < MIN_WEIGHT_SHARE * sums.behind[c]) {
+          removeFront(samples, options, u, sums.front[c]);
+          sumNearest(samples, options, u, u + 1, sums);
+        }
+      }
+      writeRow(sums, row, out);
+    }
+  }
+}
+
+} // namespace bundle_icp
