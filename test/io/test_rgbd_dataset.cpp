@@ -366,7 +366,8 @@ TEST(DatasetOptions, ShuffleIsAPermutationThatTheSeedFixes)
   const auto order = ids(*dataset);
   EXPECT_EQ(std::set<std::size_t>(order.begin(), order.end()).size(), 10u);
   EXPECT_EQ(order, ids(*openDataset(folder.path(), options)));
-  EXPECT_EQ(order, (std::vector<std::size_t>{0, 7, 4, 9, 3, 1, 2, 8, 6, 5})); // the same on every platform
+  EXPECT_EQ(order, (std::vector<std::size_t>{0, 7, 4, 9, 3, 1, 2, 8, 6,
+                                             5})); // the same on every platform
   for (std::size_t i = 0; i < 10; ++i)
     EXPECT_FLOAT_EQ(dataset->read(i).depth.at<float>(0, 0), 1 + 0.1f * order[i]);
   options.shuffle_seed = 8;
