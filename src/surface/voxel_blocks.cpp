@@ -20,7 +20,7 @@ std::int64_t
 VoxelBlockMap::indexOf(const Eigen::Vector3i& block) const
 {
   const auto found = index_of_.find(key(block));
-  return found == index_of_.end() ? -1 : found->second;
+  return found == index_of_.end() ? -1 : std::int64_t(found->second);
 }
 
 const VoxelBlock*
