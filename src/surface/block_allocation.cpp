@@ -122,7 +122,7 @@ patchBlocks(const DepthSamples& samples, int u0, int v0, const Pose& blocks_from
   for (int v = v0 + step / 2; v < std::min(v0 + patch, camera.height); v += step)
     for (int u = u0 + step / 2; u < std::min(u0 + patch, camera.width); u += step) {
       const std::size_t pixel = std::size_t(v) * camera.width + u;
-      if (samples.attributes[pixel] >> 16 == 0)
+      if (samples.weight[pixel] <= 0)
         continue;
       const double z = samples.depth[pixel];
       const Eigen::Vector3d ray = rotation * camera.unproject(u, v, 1);

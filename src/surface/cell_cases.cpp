@@ -20,11 +20,8 @@ enum VoxelState : std::uint8_t { UNKNOWN = 0, OUTSIDE = 1, INSIDE = 2 };
 
 // States of the voxels [0, 8] along each axis.
 void
-readStates(const VoxelBlockMap& blocks,
-           const BlockNeighbors& neighbors,
-           int min_weight_code,
-           float level,
-           std::uint8_t* states)
+readStates(const VoxelBlockMap& blocks, const BlockNeighbors& neighbors,
+           int min_weight_code, float level, std::uint8_t* states)
 {
   for (int z = 0; z <= block_edge; ++z)
     for (int y = 0; y <= block_edge; ++y)
@@ -35,7 +32,8 @@ readStates(const VoxelBlockMap& blocks,
           const VoxelBlock& block = blocks[number];
           const int voxel = voxelIndex(x & 7, y & 7, z & 7);
           if (block.weight[voxel] >= min_weight_code)
-            state = static_cast<float>(block.distance[voxel]) < level ? INSIDE : OUTSIDE;
+            state =
+                static_cast<float>(block.distance[voxel]) < level ? INSIDE : OUTSIDE;
         }
         states[paddedIndex(x, y, z)] = state;
       }
@@ -66,7 +64,8 @@ numTriangles(std::uint8_t cell_case)
 }
 
 std::unique_ptr<BlockSurface>
-findCases(const VoxelBlockMap& blocks, std::size_t index, int min_weight_code, float level)
+findCases(const VoxelBlockMap& blocks, std::size_t index, int min_weight_code,
+          float level)
 {
   std::uint8_t states[padded_edge * padded_edge * padded_edge];
   readStates(blocks, neighborsOf(blocks, index), min_weight_code, level, states);
@@ -148,12 +147,14 @@ neighborsOf(const VoxelBlockMap& blocks, std::size_t index)
   for (int dz = -1; dz <= 1; ++dz)
     for (int dy = -1; dy <= 1; ++dy)
       for (int dx = -1; dx <= 1; ++dx)
-        neighbors[neighborIndex(dx, dy, dz)] = blocks.indexOf(block + Eigen::Vector3i(dx, dy, dz));
+        neighbors[neighborIndex(dx, dy, dz)] =
+            blocks.indexOf(block + Eigen::Vector3i(dx, dy, dz));
   return neighbors;
 }
 
 BlockSurfaces
-findSurfaces(const VoxelBlockMap& blocks, int min_weight_code, float level, int num_threads)
+findSurfaces(const VoxelBlockMap& blocks, int min_weight_code, float level,
+             int num_threads)
 {
   const auto size = static_cast<std::int64_t>(blocks.size());
   BlockSurfaces surfaces(blocks.size()), edges(blocks.size());

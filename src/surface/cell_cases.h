@@ -31,8 +31,9 @@ cellEdge(int edge)
   const int to = edge < 4 ? (edge + 1) % 4 : edge < 8 ? (edge + 1) % 4 + 4 : edge - 4;
   const auto a = cellCorner(from), b = cellCorner(to);
   const int axis = a[0] != b[0] ? 0 : a[1] != b[1] ? 1 : 2;
-  return {{a[0] < b[0] ? a[0] : b[0], a[1] < b[1] ? a[1] : b[1], a[2] < b[2] ? a[2] : b[2]},
-          axis};
+  return {
+      {a[0] < b[0] ? a[0] : b[0], a[1] < b[1] ? a[1] : b[1], a[2] < b[2] ? a[2] : b[2]},
+      axis};
 }
 
 constexpr int
@@ -41,9 +42,9 @@ voxelIndex(int x, int y, int z)
   return z * block_slab + y * block_edge + x;
 }
 
-/** What the surface does in one block: the marching cubes case of each cell (a cell belongs to
- *  the block of its first corner; 0 = no surface, or not observed), and the grid edges that
- *  carry a vertex. */
+/** What the surface does in one block: the marching cubes case of each cell (a cell
+ * belongs to the block of its first corner; 0 = no surface, or not observed), and the
+ * grid edges that carry a vertex. */
 class BlockSurface {
 public:
   std::uint8_t cases[block_voxels] = {};
@@ -104,9 +105,10 @@ neighborIndex(int dx, int dy, int dz)
 /** By number of block; null where there is no surface. */
 using BlockSurfaces = std::vector<std::unique_ptr<BlockSurface>>;
 
-/** Finds the cases and edges of all blocks. Voxels with a smaller weight code count as not
- *  observed; `level` is the stored distance that separates inside from outside. */
+/** Finds the cases and edges of all blocks. Voxels with a smaller weight code count as
+ * not observed; `level` is the stored distance that separates inside from outside. */
 BlockSurfaces
-findSurfaces(const VoxelBlockMap& blocks, int min_weight_code, float level, int num_threads);
+findSurfaces(const VoxelBlockMap& blocks, int min_weight_code, float level,
+             int num_threads);
 
 } // namespace bundle_icp

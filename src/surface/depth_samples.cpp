@@ -40,24 +40,28 @@ copyColorRow(const std::uint8_t* from, int width, std::uint32_t* to)
             std::uint32_t(from[2]) << 16;
 }
 
-// Normal of the surface z(u, v) from its slopes, and the product with the ray (x, y,
-// 1): the slope factor.
+// Cosine between the ray and the normal of the surface z(u, v).
 BUNDLE_ICP_INLINE Floats
-slopeFactor(const RowInput& in, Floats z, Floats limit, const float* const rows[],
-            int u)
+viewingCosine(const RowInput& in, Floats z, Floats limit, int u)
 {
-  const Floats left = load<Floats>(rows[slope_radius] + u - slope_radius);
-  const Floats right = load<Floats>(rows[slope_radius] + u + slope_radius);
-  const Floats up = load<Floats>(rows[0] + u);
-  const Floats down = load<Floats>(rows[2 * slope_radius] + u);
-  const auto slope = [z, limit](Floats before, Floats after) {
+  const float focal = in.fx;
+  const auto slope = [z, limit, focal](Floats before, Floats after) {
     const Ints known = (magnitude(before - z) < limit) & (magnitude(after - z) < limit);
-    return known ? (after - before) * (0.5f / slope_radius) : 0.0f;
+    // Unknown is a depth edge or too steep to tell: little weight either way.
+    return known ? (after - before) * (0.5f / slope_radius) : z * (4 / focal);
   };
-  const Floats zu = slope(left, right), zv = slope(up, down);
+  const float* const row = in.rows[slope_radius] + u;
+  const Floats zu =
+      slope(load<Floats>(row - slope_radius), load<Floats>(row + slope_radius));
+  const Floats zv =
+      slope(load<Floats>(in.rows[0] + u), load<Floats>(in.rows[2 * slope_radius] + u));
   const Floats du = lane_number + (static_cast<float>(u) - in.cx);
   const Floats nx = in.fx * zu, ny = in.fy * zv, nz = z + du * zu + in.v_minus_cy * zv;
-  return z * inverseSquareRoot(nx * nx + ny * ny + nz * nz + 1e-12f);
+  const Floats x = du * (1 / in.fx);
+  const Floats ray = x * x + (in.y * in.y + 1),
+               normal = nx * nx + ny * ny + nz * nz + 1e-12f;
+  // The product of this normal with the ray (x, y, 1) is z.
+  return z * inverseSquareRoot(normal) * inverseSquareRoot(ray);
 }
 
 // Eight of a pixel's neighbours vote; fewer than three agree with a flying pixel
@@ -74,7 +78,7 @@ edgeSupport(Floats z, Floats limit, const float* const rows[], int u)
 }
 
 BUNDLE_ICP_INLINE void
-attributesOfEight(const RowInput& in, int u, std::uint32_t* out)
+weighEight(const RowInput& in, int u, float* out)
 {
   const Floats z = load<Floats>(in.rows[slope_radius] + u);
   const Floats dz = z - in.offset;
@@ -82,26 +86,21 @@ attributesOfEight(const RowInput& in, int u, std::uint32_t* out)
   // Two measurements belong to one surface when noise and a slope of 76 degrees explain
   // their difference.
   const Floats noise = 4.2f * sigma, step = z * (4 / in.fx);
-  const Floats factor = slopeFactor(in, z, noise + step * slope_radius, in.rows, u);
-  const Floats x = (lane_number + (static_cast<float>(u) - in.cx)) * (1 / in.fx);
-  const Floats cosine = factor * inverseSquareRoot(x * x + (in.y * in.y + 1));
+  const Floats cosine = viewingCosine(in, z, noise + step * slope_radius, u);
   const Floats support = edgeSupport(z, noise + step, in.rows, u);
   const Floats weight =
       in.reference_variance / (sigma * sigma) * cosine * support * support;
-  const Words bits = bitCast<Words>(z > 0 ? weight : 0.0f) & 0xffff0000u;
-  const Ints slope =
-      __builtin_convertvector(smaller(factor, Floats{} + 1.99f) * 32768, Ints);
-  const Words attributes = bits | bitCast<Words>(slope);
-  std::memcpy(out + u, &attributes, sizeof(attributes));
+  const Floats result = z > 0 ? weight : 0.0f;
+  std::memcpy(out + u, &result, sizeof(result));
 }
 
-// Weight and slope factor of the pixels [slope_radius, width - slope_radius) of a row.
+// Weights of the pixels [slope_radius, width - slope_radius) of a row.
 BUNDLE_ICP_SIMD_CLONES void
-attributeRow(const RowInput& in, std::uint32_t* out)
+weightRow(const RowInput& in, float* out)
 {
   const int end = in.width - slope_radius;
   for (int u = slope_radius; u < end; u += lanes)
-    attributesOfEight(in, std::min(u, end - lanes), out);
+    weighEight(in, std::min(u, end - lanes), out);
 }
 
 // Range of depth within one tile; (0, 0) when nothing is measured there.
@@ -127,7 +126,7 @@ DepthSamples::DepthSamples(const RGBDFrame& frame, const CameraIntrinsics& frame
   const int width = camera.width, height = camera.height;
   const std::size_t pixels = std::size_t(width) * height;
   depth.resize(pixels);
-  attributes.assign(pixels, 0);
+  weight.assign(pixels, 0.0f);
   color.resize(frame.color.empty() ? 0 : pixels);
   tiles_x = (width + tile - 1) / tile;
   tiles_y = (height + tile - 1) / tile;
@@ -164,7 +163,7 @@ DepthSamples::DepthSamples(const RGBDFrame& frame, const CameraIntrinsics& frame
       in.quadratic = static_cast<float>(options.noise.quadratic);
       in.offset = static_cast<float>(options.noise.offset);
       in.reference_variance = static_cast<float>(reference * reference);
-      attributeRow(in, &attributes[std::size_t(v) * width]);
+      weightRow(in, &weight[std::size_t(v) * width]);
     }
 #pragma omp for
     for (int i = 0; i < tiles_x * tiles_y; ++i) {

@@ -26,8 +26,9 @@ public:
   };
 
   VoxelAccess(const VoxelBlockMap& blocks, std::size_t index)
-  : blocks_(blocks), neighbors_(neighborsOf(blocks, index))
-  {}
+      : blocks_(blocks), neighbors_(neighborsOf(blocks, index))
+  {
+  }
 
   /** Coordinates from -8 to 15. */
   Voxel
@@ -74,27 +75,25 @@ blendColors(std::uint32_t first, std::uint32_t second, float t)
   else if (first || second)
     color = decodeColor(first ? first : second);
   const Eigen::Vector3f rounded = color.array() + 0.5f;
-  return {static_cast<std::uint8_t>(rounded.x()), static_cast<std::uint8_t>(rounded.y()),
+  return {static_cast<std::uint8_t>(rounded.x()),
+          static_cast<std::uint8_t>(rounded.y()),
           static_cast<std::uint8_t>(rounded.z())};
 }
 
 void
-writeVertex(const VoxelAccess& voxels,
-            const GridEdge& edge,
-            float level,
-            const Eigen::Vector3d& block_origin,
-            double voxel_size,
-            std::uint32_t vertex,
-            SurfaceMesh& mesh)
+writeVertex(const VoxelAccess& voxels, const GridEdge& edge, float level,
+            const Eigen::Vector3d& block_origin, double voxel_size,
+            std::uint32_t vertex, SurfaceMesh& mesh)
 {
   const int x = edge.voxel[0], y = edge.voxel[1], z = edge.voxel[2];
   const int dx = edge.axis == 0, dy = edge.axis == 1, dz = edge.axis == 2;
   const auto first = voxels(x, y, z), second = voxels(x + dx, y + dy, z + dz);
-  // Off the ends by so much that triangles around a voxel that lies on the surface keep an
-  // area in single precision.
+  // Off the ends by so much that triangles around a voxel that lies on the surface keep
+  // an area in single precision.
   constexpr float margin = 0.01f;
-  const float t = std::clamp((level - first.distance) / (second.distance - first.distance),
-                             margin, 1 - margin);
+  const float t =
+      std::clamp((level - first.distance) / (second.distance - first.distance), margin,
+                 1 - margin);
   const Eigen::Vector3d position(x + dx * t, y + dy * t, z + dz * t);
   mesh.vertices[vertex] = (block_origin + voxel_size * position).cast<float>();
   mesh.colors[vertex] = blendColors(first.color, second.color, t);
@@ -107,11 +106,8 @@ writeVertex(const VoxelAccess& voxels,
 }
 
 void
-writeVertices(const TSDFVolume::Impl& volume,
-              std::size_t index,
-              float level,
-              const BlockSurface& surface,
-              SurfaceMesh& mesh)
+writeVertices(const TSDFVolume::Impl& volume, std::size_t index, float level,
+              const BlockSurface& surface, SurfaceMesh& mesh)
 {
   if (surface.num_vertices == 0)
     return;
@@ -129,10 +125,8 @@ writeVertices(const TSDFVolume::Impl& volume,
 }
 
 void
-writeTriangles(const VoxelBlockMap& blocks,
-               const BlockSurfaces& surfaces,
-               std::size_t index,
-               SurfaceMesh& mesh)
+writeTriangles(const VoxelBlockMap& blocks, const BlockSurfaces& surfaces,
+               std::size_t index, SurfaceMesh& mesh)
 {
   const BlockSurface& surface = *surfaces[index];
   if (surface.num_triangles == 0)
@@ -149,7 +143,8 @@ writeTriangles(const VoxelBlockMap& blocks,
   };
   std::uint32_t triangle = surface.first_triangle;
   for (int cell = 0; cell < block_voxels; ++cell)
-    for (const int* edges = pcl::triTable[surface.cases[cell]]; *edges != -1; edges += 3)
+    for (const int* edges = pcl::triTable[surface.cases[cell]]; *edges != -1;
+         edges += 3)
       mesh.triangles[triangle++] = {vertexOf(cell, edges[0]), vertexOf(cell, edges[1]),
                                     vertexOf(cell, edges[2])};
 }
@@ -184,7 +179,8 @@ MeshOptions::isValid(std::string* error) const
   if (!(iso_level >= 0 && iso_level < 1))
     return fail("iso_level " + std::to_string(iso_level) + "; expected 0 to below 1");
   if (num_threads < 0)
-    return fail("num_threads " + std::to_string(num_threads) + "; expected 0 (all) or more");
+    return fail("num_threads " + std::to_string(num_threads) +
+                "; expected 0 (all) or more");
   return true;
 }
 

@@ -76,7 +76,7 @@ makeView(const DepthSamples& samples, const Pose& camera_from_world,
 {
   FusionView view{};
   view.depth = samples.depth.data();
-  view.attributes = samples.attributes.data();
+  view.weight = samples.weight.data();
   view.color = samples.color.empty() ? nullptr : samples.color.data();
   view.width = samples.camera.width;
   view.height = samples.camera.height;

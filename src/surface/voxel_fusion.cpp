@@ -88,17 +88,15 @@ interpolateDepth(const FusionView& view, Row& row)
   row.ahead = in_band ? (measured - row.z) * (1 / view.truncation) : row.ahead;
 }
 
-// Equation (7) along the surface normal, and the weight of the measurement.
+// Equation (7), and the weight of the measurement.
 BUNDLE_ICP_INLINE void
 measure(const FusionView& view, Row& row)
 {
-  const Words attributes = gather<Words>(view.attributes, row.nearest);
-  const Floats weight = bitCast<Floats>(attributes & 0xffff0000u);
-  const Floats factor = toFloats(attributes & 0xffffu) * (1.0f / 32768);
   const Floats one = Floats{} + 1;
-  row.value = row.ahead > 1 ? one : larger(-one, smaller(one, row.ahead * factor));
+  row.value = larger(-one, smaller(one, row.ahead));
   // Behind the surface the weight falls off, so that a thin object's far side survives.
-  row.weight = weight * smaller(one, (row.ahead + 1) * 1.25f);
+  row.weight =
+      gather<Floats>(view.weight, row.nearest) * smaller(one, (row.ahead + 1) * 1.25f);
   row.update &= row.weight > 0;
 }
 
@@ -127,8 +125,11 @@ updateDistance(std::uint32_t seed, Row& row, std::int16_t* distance,
   const Floats old_value = __builtin_convertvector(old_distance, Floats);
   const Floats value = old_value + row.share * (row.value * distance_scale - old_value);
   const Floats dither = toFloats(row.dither & 0xffffu) * (1.0f / 65536);
-  // The offset makes the number positive, where cutting off is rounding down.
-  const Ints rounded = __builtin_convertvector(value + dither + 32768, Ints) - 32768;
+  const Floats dithered = value + dither;
+  const Ints cut = truncated(dithered);
+  const Ints down =
+      cut + (__builtin_convertvector(cut, Floats) > dithered); // mask is -1
+  const Ints rounded = smaller(down, Ints{} + 32767);
 
   const auto new_code =
       __builtin_convertvector(row.update ? code : bitCast<Ints>(old_code), HalfWords);

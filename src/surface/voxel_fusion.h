@@ -11,7 +11,7 @@ namespace bundle_icp {
  * to the camera. */
 struct FusionView {
   const float* depth;
-  const std::uint32_t* attributes;
+  const float* weight;
   const std::uint32_t* color; ///< null when the frame has none
   int width, height;
   float fx, fy, cx, cy;

@@ -10,8 +10,8 @@
 
 namespace bundle_icp {
 
-/** extractSurface() behind PCL's interface: a pcl::MarchingCubes that takes its field from a
- *  TSDFVolume instead of an input cloud.
+/** extractSurface() behind PCL's interface: a pcl::MarchingCubes that takes its field
+ * from a TSDFVolume instead of an input cloud.
  *
  *  \code
  *  bundle_icp::TSDFMarchingCubes<pcl::PointXYZRGBNormal> cubes;
@@ -21,8 +21,8 @@ namespace bundle_icp {
  *  \endcode
  *
  *  PointNT has normals; a colour is filled in when it has one. setIsoLevel() counts in
- *  truncations. Input cloud, grid resolution and percentage of the base class have no effect.
- *  Library instantiations: pcl::PointNormal, pcl::PointXYZRGBNormal. */
+ *  truncations. Input cloud, grid resolution and percentage of the base class have no
+ * effect. Library instantiations: pcl::PointNormal, pcl::PointXYZRGBNormal. */
 template <typename PointNT>
 class TSDFMarchingCubes : public pcl::MarchingCubes<PointNT> {
 public:
@@ -70,13 +70,15 @@ public:
 protected:
   void
   voxelizeData() override
-  {}
+  {
+  }
 
   void
   performReconstruction(pcl::PolygonMesh& output) override;
 
   void
-  performReconstruction(PointCloud& points, std::vector<pcl::Vertices>& polygons) override;
+  performReconstruction(PointCloud& points,
+                        std::vector<pcl::Vertices>& polygons) override;
 
   std::string
   getClassName() const override

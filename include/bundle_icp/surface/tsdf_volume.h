@@ -38,10 +38,11 @@ struct BUNDLE_ICP_EXPORT TSDFOptions {
 /** Truncated signed distance function of equation (7) in sparse blocks of 8^3 voxels.
  *
  *  Each voxel keeps S_k(X_w), the weighted mean of the truncated distance, its weight
- *  W_k(X_w), and a colour, in 8 bytes. World frame, metres; the centre of voxel (i, j,
- * k) lies at voxel_size * (i, j, k). Distances are positive in front of the surface (on
- * the camera's side) and measured along the surface normal, that is, the distance along
- * the optical axis of equation (7) times a factor from the slope of the depth image.
+ *  W_k(X_w), and a colour, in 8 bytes. World frame, metres; the centre of voxel
+ *  (i, j, k) lies at voxel_size * (i, j, k). Distances are those of equation (7), along
+ *  the optical axis, signed so that they are positive in front of the surface (on the
+ *  camera's side). Depth and colour are interpolated between the pixels of one surface,
+ *  not across depth edges.
  *
  *  Weights are 1 for a frontal measurement at 1 m and follow 1 / sigma(z)^2, the
  * viewing angle and the distance to the depth edge. Blocks are allocated where a

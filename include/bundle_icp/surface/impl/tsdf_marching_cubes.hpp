@@ -8,7 +8,8 @@
 #include <pcl/exceptions.h>
 #include <pcl/point_types.h>
 #include <pcl/type_traits.h>
-// The base class is instantiated where it is used, so that users need not link pcl_surface.
+// The base class is instantiated where it is used, so that users need not link
+// pcl_surface.
 #include <pcl/surface/impl/marching_cubes.hpp>
 #include <pcl/surface/impl/reconstruction.hpp>
 
@@ -39,7 +40,8 @@ TSDFMarchingCubes<PointNT>::performReconstruction(PointCloud& points,
                                                   std::vector<pcl::Vertices>& polygons)
 {
   if (!volume_)
-    throw pcl::BadArgumentException("TSDFMarchingCubes: no volume; call setVolume() first");
+    throw pcl::BadArgumentException(
+        "TSDFMarchingCubes: no volume; call setVolume() first");
   MeshOptions options = options_;
   options.iso_level = this->iso_level_;
   const SurfaceMesh mesh = extractSurface(*volume_, options);
@@ -64,5 +66,5 @@ TSDFMarchingCubes<PointNT>::performReconstruction(PointCloud& points,
 
 } // namespace bundle_icp
 
-#define PCL_INSTANTIATE_TSDFMarchingCubes(T)                                                  \
+#define PCL_INSTANTIATE_TSDFMarchingCubes(T)                                           \
   template class BUNDLE_ICP_EXPORT bundle_icp::TSDFMarchingCubes<T>;
