@@ -21,6 +21,20 @@ toPixel(const Eigen::Array4f& color)
           cv::saturate_cast<uchar>(color[2])};
 }
 
+/** True when a neighbour of the pixel sees another face. */
+bool
+isEdge(const cv::Mat& face, int x, int y)
+{
+  const int left = std::max(x - 1, 0), right = std::min(x + 1, face.cols - 1);
+  const int center = face.at<int>(y, x);
+  int differences = 0;
+  for (const int v : {std::max(y - 1, 0), y, std::min(y + 1, face.rows - 1)}) {
+    const int* row = face.ptr<int>(v);
+    differences |= (row[left] ^ center) | (row[x] ^ center) | (row[right] ^ center);
+  }
+  return differences != 0;
+}
+
 FaceSet
 facesAround(const cv::Mat& face, int x, int y)
 {
@@ -80,10 +94,13 @@ renderGeometry(const Scene& scene, const CameraIntrinsics& camera,
   image.depth.create(camera.height, camera.width, CV_32FC1);
   image.face.create(camera.height, camera.width, CV_32SC1);
   for (int y = 0; y < camera.height; ++y)
-    for (int x = 0; x < camera.width; ++x) {
-      const Hit hit = view.cast(x, y);
-      image.depth.at<float>(y, x) = float(hit.depth);
-      image.face.at<int>(y, x) = hit.face;
+    for (int x = 0; x < camera.width; x += View::packet_size) {
+      Hit hits[View::packet_size];
+      view.castRow(x, y, hits);
+      for (int i = 0; i < std::min(View::packet_size, camera.width - x); ++i) {
+        image.depth.at<float>(y, x + i) = float(hits[i].depth);
+        image.face.at<int>(y, x + i) = hits[i].face;
+      }
     }
   return image;
 }
@@ -97,9 +114,10 @@ renderColor(const Scene& scene, const CameraIntrinsics& camera,
   for (int y = 0; y < camera.height; ++y)
     for (int x = 0; x < camera.width; ++x) {
       const Hit hit{geometry.depth.at<float>(y, x), geometry.face.at<int>(y, x)};
-      const FaceSet faces = facesAround(geometry.face, x, y);
-      color.at<cv::Vec3b>(y, x) = toPixel(faces.count > 1 ? edgeColor(view, x, y, faces)
-                                                          : view.shade(x, y, hit, 1));
+      color.at<cv::Vec3b>(y, x) =
+          toPixel(isEdge(geometry.face, x, y)
+                      ? edgeColor(view, x, y, facesAround(geometry.face, x, y))
+                      : view.shade(x, y, hit, 1));
     }
   return color;
 }

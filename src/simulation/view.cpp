@@ -2,6 +2,8 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "simulation/view.h"
 
+#include "simulation/ray_packet.h"
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -11,7 +13,7 @@ namespace bundle_icp {
 namespace simulation {
 namespace {
 
-constexpr int tile_size = 8;
+constexpr int tile_size = 2 * View::packet_size;
 
 /** Keeps the nearer of `nearest` and what the ray meets of `seen`. */
 void
@@ -53,6 +55,8 @@ View::see(const Primitive& primitive, const Pose& world_from_camera) const
   const Eigen::Matrix3d local_from_world = primitive.world_from_local.transpose();
   seen.local_from_camera = local_from_world * world_from_camera.linear();
   seen.origin = local_from_world * (world_from_camera.translation() - primitive.center);
+  seen.local_from_camera_f = seen.local_from_camera.cast<float>();
+  seen.origin_f = seen.origin.cast<float>();
   seen.nearest = std::numeric_limits<double>::infinity();
   double farthest = 0;
   Eigen::AlignedBox2d bounds;
@@ -67,7 +71,7 @@ View::see(const Primitive& primitive, const Pose& world_from_camera) const
       bounds.extend(camera_.project(point));
   }
   if (primitive.shape == Shape::ROOM) {
-    seen.nearest = std::numeric_limits<double>::max(); // behind everything in it
+    seen.nearest = 1e9; // behind everything in it
     seen.bounds = image;
   }
   else if (seen.nearest > 1e-3)
@@ -95,19 +99,32 @@ View::fillTiles()
   }
 }
 
-Hit
-View::cast(int x, int y) const
+void
+View::castRow(int x, int y, Hit hits[packet_size]) const
 {
-  const Eigen::Vector3d ray = direction(x, y);
-  Hit nearest;
-  nearest.depth = std::numeric_limits<double>::infinity();
+  RayPacket packet;
+  const Eigen::Vector3f ray = direction(x, y).cast<float>();
   const std::size_t tile = std::size_t(y / tile_size) * tile_columns_ + x / tile_size;
   for (const std::uint16_t index : tiles_[tile]) {
-    if (seen_[index].nearest >= nearest.depth)
+    const SeenPrimitive& seen = seen_[index];
+    if (float(seen.nearest) >= cv::v_reduce_max(packet.depth))
       break;
-    update(nearest, seen_[index], ray);
+    packet.meet(*seen.primitive, index, seen.origin_f, seen.local_from_camera_f * ray,
+                seen.local_from_camera_f.col(0) * float(inverse_focal_x_));
   }
-  return nearest;
+  int nearest[packet_size];
+  cv::v_store(nearest, packet.nearest);
+  for (int i = 0; i < packet_size; ++i) {
+    const Eigen::Vector3d exact_ray = direction(x + i, y);
+    hits[i] = Hit();
+    hits[i].depth = std::numeric_limits<double>::infinity();
+    if (nearest[i] >= 0)
+      update(hits[i], seen_[nearest[i]], exact_ray);
+    // On an outline, single precision may have taken a miss for a hit.
+    if (hits[i].face < 0)
+      for (const std::uint16_t index : tiles_[tile])
+        update(hits[i], seen_[index], exact_ray);
+  }
 }
 
 Hit
@@ -141,10 +158,10 @@ Eigen::Array4f
 View::shade(double u, double v, const Hit& hit, float pixel_size) const
 {
   const SeenPrimitive& seen = seenOf(hit.face);
-  const Eigen::Matrix3f rotation = seen.local_from_camera.cast<float>();
+  const Eigen::Matrix3f& rotation = seen.local_from_camera_f;
   const Eigen::Vector3f ray = rotation * direction(u, v).cast<float>();
   const float depth = float(hit.depth);
-  const Eigen::Vector3f point = seen.origin.cast<float>() + depth * ray;
+  const Eigen::Vector3f point = seen.origin_f + depth * ray;
   const Eigen::Vector3f normal =
       surfaceNormal(*seen.primitive, hit.face - seen.primitive->first_face, point);
   // The pixel's edges, moved along the ray into the tangential plane.

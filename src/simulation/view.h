@@ -17,10 +17,12 @@ namespace simulation {
 /** A primitive as one view sees it. */
 struct SeenPrimitive {
   const Primitive* primitive = nullptr;
-  Eigen::Matrix3d local_from_camera; ///< rotation
-  Eigen::Vector3d origin;            ///< camera centre in the primitive's frame
-  double nearest = 0;                ///< lower bound of its depth [m]
-  cv::Rect2d bounds;                 ///< of its image [px]
+  Eigen::Matrix3d local_from_camera;   ///< rotation
+  Eigen::Vector3d origin;              ///< camera centre in the primitive's frame
+  Eigen::Matrix3f local_from_camera_f; ///< the same in single precision
+  Eigen::Vector3f origin_f;
+  double nearest = 0; ///< lower bound of its depth [m]
+  cv::Rect2d bounds;  ///< of its image [px]
 };
 
 /** A few different faces of the scene, in ascending order. */
@@ -36,10 +38,12 @@ public:
   View(const Scene& scene, const CameraIntrinsics& camera,
        const Pose& world_from_camera);
 
-  /** First surface along the ray through the centre of a pixel; `face` is the scene's.
-   */
-  Hit
-  cast(int x, int y) const;
+  static constexpr int packet_size = 4;
+
+  /** First surfaces along the rays through the centres of four pixels of row `y`, from
+   * column `x` on, a multiple of four; the faces are the scene's. */
+  void
+  castRow(int x, int y, Hit hits[packet_size]) const;
 
   /** First surface along any ray, among the primitives to which `faces` belong. */
   Hit

@@ -16,21 +16,24 @@ namespace bundle_icp {
 
 /** How openDataset() reads a recording. */
 struct BUNDLE_ICP_EXPORT DatasetOptions {
-  /** Intrinsics of the recorded images, distortion included, instead of those of the format;
-   *  width and height may be 0: then those of the images. */
+  /** Intrinsics of the recorded images, distortion included, instead of those of the
+   * format; width and height may be 0: then those of the images. */
   std::optional<CameraIntrinsics> intrinsics;
-  /** Units of the depth images per metre, instead of that of the format (TUM 5000, 7-Scenes
-   *  and Open3D 1000). */
+  /** Units of the depth images per metre, instead of that of the format (TUM 5000,
+   * 7-Scenes and Open3D 1000). */
   std::optional<double> depth_scale;
   /** Takes every n-th frame, counted over the frames that the recording has. */
   std::size_t stride = 1;
   /** At most so many frames (after the stride); 0 = all. */
   std::size_t max_frames = 0;
-  /** Gives the frames in a random order drawn from this seed, and declares their time stamps
-   *  as telling nothing about neighbourhood (isOrdered() == false). */
+  /** Gives the frames in a random order drawn from this seed, and declares their time
+   * stamps as telling nothing about neighbourhood (isOrdered() == false). */
   std::optional<std::uint64_t> shuffle_seed;
   /** Largest time between a colour and a depth image of one frame [s] (TUM layout). */
   double max_time_difference = 0.02;
+  /** Removes the distortion from depth as from colour, as is right where the sensor's
+   * driver registered depth to the distorted colour image. */
+  bool undistort_depth = true;
 
   bool
   isValid(std::string* error = nullptr) const;
@@ -42,8 +45,9 @@ struct SkippedFile {
   std::string reason;
 };
 
-/** Frames of one camera, read one at a time. A subclass makes any source of frames usable by
- *  reconstruct(). All const methods may be called from several threads at once. */
+/** Frames of one camera, read one at a time. A subclass makes any source of frames
+ * usable by reconstruct(). All const methods may be called from several threads at
+ * once. */
 class BUNDLE_ICP_EXPORT RGBDDataset {
 public:
   using Ptr = std::shared_ptr<RGBDDataset>;
@@ -59,7 +63,8 @@ public:
   virtual const CameraIntrinsics&
   camera() const = 0;
 
-  /** Number of frame `index` in the recording (RGBDFrame::id), known without reading it. */
+  /** Number of frame `index` in the recording (RGBDFrame::id), known without reading
+   * it. */
   virtual std::size_t
   id(std::size_t index) const = 0;
 
@@ -76,7 +81,8 @@ public:
   virtual RGBDFrame
   read(std::size_t index) const = 0;
 
-  /** False when neighbouring indices and stamps say nothing about neighbouring views. */
+  /** False when neighbouring indices and stamps say nothing about neighbouring views.
+   */
   virtual bool
   isOrdered() const
   {
@@ -106,20 +112,21 @@ public:
 };
 
 /** Opens a recording and recognises its format from the folder:
- *  - TUM RGB-D: `rgb.txt`, `depth.txt`, optionally `groundtruth.txt`. Colour and depth are
- *    associated by time, greedily, closest first, as the benchmark's script does. Intrinsics
- *    are known for folders named freiburg1, freiburg2, freiburg3; otherwise from a file
- *    `intrinsics.txt` (fx fy cx cy [k1 k2 p1 p2 k3]) or the options.
- *  - 7-Scenes and 3DMatch: `frame-000000.color.{png,jpg}`, `.depth.png`, `.pose.txt`; intrinsics
- *    from `camera-intrinsics.txt`, else those of 7-Scenes. Colour is warped into the depth camera, to
- *    which the poses belong.
- *  - Open3D and Redwood: `color/`, `depth/`, `intrinsic.json` (column-major, as Open3D writes it).
+ *  - TUM RGB-D: `rgb.txt`, `depth.txt`, optionally `groundtruth.txt`. Colour and depth
+ * are associated by time, greedily, closest first, as the benchmark's script does.
+ * Intrinsics are known for folders named freiburg1, freiburg2, freiburg3; otherwise
+ * from a file `intrinsics.txt` (fx fy cx cy [k1 k2 p1 p2 k3]) or the options.
+ *  - 7-Scenes and 3DMatch: `frame-000000.color.{png,jpg}`, `.depth.png`, `.pose.txt`;
+ * intrinsics from `camera-intrinsics.txt`, else those of 7-Scenes. Colour is warped
+ * into the depth camera, to which the poses belong.
+ *  - Open3D and Redwood: `color/`, `depth/`, `intrinsic.json` (column-major, as Open3D
+ * writes it).
  *
- *  Intrinsics and units are never invented: when neither format, file nor options give them, this throws.
- *  \throws pcl::IOException naming folder or file and reason: folder missing or empty, format
- *          unknown, no overlap in time, sizes that differ, 8-bit depth, a colour image in
- *          place of depth.
- *  \throws pcl::BadArgumentException for invalid options or impossible intrinsics. */
+ *  Intrinsics and units are never invented: when neither format, file nor options give
+ * them, this throws. \throws pcl::IOException naming folder or file and reason: folder
+ * missing or empty, format unknown, no overlap in time, sizes that differ, 8-bit depth,
+ * a colour image in place of depth. \throws pcl::BadArgumentException for invalid
+ * options or impossible intrinsics. */
 BUNDLE_ICP_EXPORT RGBDDataset::Ptr
 openDataset(const std::string& path, const DatasetOptions& options = {});
 

@@ -7,47 +7,68 @@
 #include <bundle_icp/common/progress.h>
 #include <bundle_icp/io/rgbd_dataset.h>
 
+#include <pcl/point_cloud.h>
+#include <pcl/point_types.h>
+
 #include <cstdint>
 #include <memory>
 #include <string>
 
 namespace bundle_icp {
 
-/** What a synthetic scan shows and which faults its camera has. With the defaults everything
- *  is exact. */
+/** What a synthetic scan shows and which faults its camera has. With the defaults
+ * everything is exact. Every fault depends on the seed and the frame alone, not on the
+ * order of reading. */
 struct BUNDLE_ICP_EXPORT SyntheticScanOptions {
-  std::size_t num_frames = 60;
-  double frame_rate = 10;     ///< [Hz]; with a longer scan the path goes on, at the same speed
-  int width = 640, height = 480;
-  double focal_length = 525;  ///< true focal length [px]
-  std::uint64_t seed = 0;     ///< of scene texture, path and noise
+  std::size_t num_frames = 60; ///< 1 to 1,000,000
+  double frame_rate = 10; ///< [Hz], 0.1 to 1000; a longer scan goes on along the path
+  int width = 640;        ///< image width [px], 16 to 8192
+  int height = 480;       ///< image height [px], 16 to 8192
+  double focal_length = 525; ///< true focal length [px]
+  std::uint64_t seed = 0;    ///< of textures, path and faults
 
   // Faults of the camera, all off.
-  double noise_factor = 0;    ///< times DepthNoise: depth noise that grows with distance squared
-  DepthNoise noise;
-  double quantisation = 0;    ///< disparity step: depth is rounded to steps of this x z^2 [1/m]; Kinect about 0.0028
-  double hole_fraction = 0;   ///< share of pixels without depth, in patches, 0 to 1
-  bool flying_pixels = false; ///< mixed depth at occlusion edges
-  double color_noise = 0;     ///< standard deviation of the colour [grey levels of 255]
-  double blur_fraction = 0;   ///< share of frames with motion blur, 0 to 1
-  double exposure_change = 0; ///< relative amplitude of a slow change of brightness
-  double depth_bias = 0;      ///< relative bias a metre: measured = z (1 + depth_bias z) [1/m]
-  double focal_error = 0;     ///< relative error of the focal length that camera() reports
-  double time_offset = 0;     ///< depth is taken this much later than colour [s]
-  bool unordered = false;     ///< written in random order, without meaningful stamps
+  /** Depth noise: a multiple of `noise`, 0 to 100, half of its variance shared by
+   * neighbouring pixels. Above 0, nothing nearer than 0.4 m or farther than 5 m is
+   * measured. */
+  double noise_factor = 0;
+  DepthNoise noise;           ///< standard deviation by distance
+  double quantisation = 0;    ///< depth comes in steps of this x z^2 [1/m], 0 to 1
+  double hole_fraction = 0;   ///< share of pixels without depth, in patches, 0 to 0.95
+  bool flying_pixels = false; ///< mixed depth at occlusion edges, two pixels wide
+  double color_noise = 0;     ///< standard deviation [grey levels of 255], 0 to 128
+  double blur_fraction = 0;   ///< probability of motion blur of a frame, 0 to 1
+  double exposure_change =
+      0; ///< relative amplitude of a slow change of brightness, 0 to 0.9
+  double depth_bias = 0;  ///< measured = z (1 + depth_bias z) [1/m], -0.1 to 0.1
+  double focal_error = 0; ///< camera() reports focal_length (1 + focal_error), +-0.5
+  double time_offset = 0; ///< depth is taken this much after colour [s], -1 to 1
+  /** Frames come in random order; time stamps follow that order, so they tell nothing.
+   */
+  bool unordered = false;
 
-  /** All faults of a common structured-light camera at once ("full noise"). */
+  /** The faults of a common structured-light camera at once: noise_factor 1,
+   * quantisation 0.0028, hole_fraction 0.05, flying pixels, color_noise 2,
+   * blur_fraction 0.05, exposure_change 0.15. */
   static SyntheticScanOptions
   fullNoise();
 
+  /** Checks every field against its bounds. */
   bool
   isValid(std::string* error = nullptr) const;
 };
 
-/** A textured room with furniture-like objects, seen along a hand-held path: a dataset whose
- *  poses and surface are exactly known. Frames are rendered on demand, by ray casting. */
+/** A textured room of 4 x 5 x 3 m with furniture and things, seen along a hand-held
+ * path: a dataset whose poses and surface are exactly known. Frames are rendered on
+ * demand, by ray casting of analytic solids. World frame: z up, floor at z = 0, metres.
+ *
+ *  The path goes to and fro around a table at 0.1 to 0.4 m/s, turning by 10 to 30
+ * degrees a second. For 55 s it looks at the table, then outwards for one tour along
+ * the walls, and so on. */
 class BUNDLE_ICP_EXPORT SyntheticScan : public RGBDDataset {
 public:
+  using SurfaceCloud = pcl::PointCloud<pcl::PointNormal>;
+
   /** \throws pcl::BadArgumentException for invalid options. */
   explicit SyntheticScan(const SyntheticScanOptions& options = {});
   ~SyntheticScan() override;
@@ -91,17 +112,38 @@ public:
   double
   distanceToSurface(const Eigen::Vector3d& point) const;
 
+  /** Points of the true surface that the frames see, with normals towards free space,
+   * about one in each voxel of edge `spacing` [m]. Frames are looked at every 0.3 s of
+   * the path. \param[in] num_threads 0 = all; the result does not depend on it \throws
+   * pcl::BadArgumentException when spacing is below 1 mm or not finite. */
+  SurfaceCloud::Ptr
+  visibleSurface(double spacing = 0.005, int num_threads = 0) const;
+
 private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
 
-/** Writes the scan as a TUM RGB-D folder: `rgb.txt`, `depth.txt`, `groundtruth.txt`, `intrinsics.txt`,
- *  and `surface.ply`, points of the true surface that the frames see.
- *  \throws pcl::IOException naming file and reason. */
+/** How writeSyntheticScan() works. */
+struct BUNDLE_ICP_EXPORT SyntheticScanWriteOptions {
+  double surface_spacing =
+      0.005;           ///< of the points in surface.ply [m]; 0 = no such file
+  int num_threads = 0; ///< 0 = all
+
+  bool
+  isValid(std::string* error = nullptr) const;
+};
+
+/** Writes the scan as a TUM RGB-D folder: `rgb/`, `depth/` (16 bit, 5000 units a
+ * metre), `rgb.txt`, `depth.txt`, `groundtruth.txt` at the stamps of colour,
+ * `intrinsics.txt` (`fx fy cx cy`, then `depth_scale 5000`), and `surface.ply`, the
+ * binary visibleSurface(). Frames are rendered in parallel; the lists are written last,
+ * so that a folder with lists is whole. \param[in] folder must not exist or be empty
+ *  \throws pcl::IOException naming file and reason; what existed before is not touched.
+ *  \throws pcl::BadArgumentException for invalid options. */
 BUNDLE_ICP_EXPORT void
-writeSyntheticScan(const SyntheticScan& scan,
-                   const std::string& folder,
+writeSyntheticScan(const SyntheticScan& scan, const std::string& folder,
+                   const SyntheticScanWriteOptions& options = {},
                    const ProgressCallback& progress = {});
 
 } // namespace bundle_icp

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#pragma once
+
+#include <bundle_icp/common/pose.h>
+#include <bundle_icp/evaluation/error_statistics.h>
+
+#include <pcl/PolygonMesh.h>
+#include <pcl/point_cloud.h>
+#include <pcl/point_types.h>
+
+#include <functional>
+#include <string>
+
+namespace bundle_icp {
+
+/** How surfaceError() compares. */
+struct BUNDLE_ICP_EXPORT SurfaceErrorOptions {
+  /** Alignment applied to the mesh first, for example that of the absolute trajectory
+   * error. */
+  Pose truth_from_estimate = Pose::Identity();
+  /** A true point this close to the mesh counts as reconstructed [m]. */
+  double completeness_distance = 0.01;
+  /** The mesh is sampled uniformly by area, one sample per square of this side [m].
+   * Smaller is more exact and slower; at most half of completeness_distance. */
+  double sample_spacing = 0.005;
+  /** Distance [m] of a point to the true surface, where that is known better than
+   * through the nearest of the true points. Called from several threads at once. */
+  std::function<double(const Eigen::Vector3d&)> distance_to_truth;
+  /** Threads; 0 = all. The result does not depend on it. */
+  int num_threads = 0;
+
+  bool
+  isValid(std::string* error = nullptr) const;
+};
+
+/** How far a mesh is from the true surface. */
+struct SurfaceError {
+  /** Distance of the mesh, uniformly by area, to the true surface [m]. */
+  ErrorStatistics accuracy;
+  /** Share of the true points that lie within completeness_distance of the mesh, 0
+   * to 1. */
+  double completeness = 0;
+};
+
+/** Compares a mesh with points of the true surface [m].
+ *
+ *  Without SurfaceErrorOptions::distance_to_truth, accuracy is measured to the nearest
+ * true point, and cannot fall below about 0.4 of the spacing of these points. \throws
+ * pcl::BadArgumentException for invalid options, a mesh without x, y, z or without any
+ * area, polygons that name vertices which do not exist, a surface without a finite
+ * point. */
+BUNDLE_ICP_EXPORT SurfaceError
+surfaceError(const pcl::PolygonMesh& mesh,
+             const pcl::PointCloud<pcl::PointXYZ>& surface,
+             const SurfaceErrorOptions& options = {});
+
+} // namespace bundle_icp

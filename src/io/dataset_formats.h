@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#pragma once
+
+#include <bundle_icp/io/rgbd_dataset.h>
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace bundle_icp {
+
+/** Where the images of one frame lie. */
+struct RecordedFrame {
+  std::size_t id = 0;
+  double timestamp = 0; ///< [s]
+  std::string color_file, depth_file;
+};
+
+/** What a format's reader finds in a folder: everything about a recording but its
+ * pixels. */
+struct Recording {
+  std::string format;
+  std::vector<RecordedFrame> frames;
+  std::optional<CameraIntrinsics> intrinsics; ///< size 0 = that of the images
+  std::string intrinsics_source;              ///< where they come from, for messages
+  double depth_scale = 1000;                  ///< units per metre
+  bool is_seven_scenes =
+      false; ///< made by the 7-Scenes camera unless intrinsics say otherwise
+  Trajectory ground_truth;
+  std::vector<SkippedFile> skipped;
+};
+
+/** Whether a folder is laid out in a format. */
+bool
+isTumFolder(const std::string& folder);
+bool
+isSevenScenesFolder(const std::string& folder);
+bool
+isOpen3dFolder(const std::string& folder);
+
+/** Reads the lists, calibration and poses of a folder, but no image.
+ *  \throws pcl::IOException naming folder or file and the reason. */
+Recording
+readTumFolder(const std::string& folder, double max_time_difference);
+Recording
+readSevenScenesFolder(const std::string& folder);
+Recording
+readOpen3dFolder(const std::string& folder);
+
+/** A dataset over the frames of a recording whose images are files.
+ *  \throws as openDataset(). */
+RGBDDataset::Ptr
+makeImageFileDataset(Recording recording, const std::string& folder,
+                     const DatasetOptions& options);
+
+} // namespace bundle_icp

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#include "image_file.h"
+
+#include "text_file.h"
+
+#include <opencv2/imgcodecs.hpp>
+
+#include <limits>
+#include <string_view>
+
+namespace bundle_icp {
+
+namespace {
+
+bool
+startsWith(std::string_view bytes, std::string_view magic)
+{
+  return bytes.substr(0, magic.size()) == magic;
+}
+
+bool
+isAfter(std::size_t position, std::size_t other)
+{
+  return position != std::string_view::npos &&
+         (other == std::string_view::npos || position > other);
+}
+
+// OpenCV decodes a file that was cut off into a partly grey image without an error, so
+// the end mark is looked for here. A JPEG's must follow its last start of scan: the end
+// mark of an embedded thumbnail comes before. Anything may trail the end mark.
+bool
+isTruncated(std::string_view bytes)
+{
+  using namespace std::string_view_literals;
+  if (startsWith(bytes, "\x89PNG\r\n\x1a\n"sv))
+    return bytes.rfind("IEND\xae\x42\x60\x82"sv) == std::string_view::npos;
+  if (startsWith(bytes, "\xff\xd8\xff"sv))
+    return !isAfter(bytes.rfind("\xff\xd9"sv), bytes.rfind("\xff\xda"sv));
+  return false;
+}
+
+cv::Mat
+readImage(const std::string& path, int flags)
+{
+  const std::string bytes = readBytes(path);
+  if (bytes.empty())
+    throw pcl::IOException(path + ": the file is empty");
+  if (isTruncated(bytes))
+    throw pcl::IOException(path + ": the image is truncated");
+  cv::Mat image;
+  try {
+    const cv::Mat buffer(1, static_cast<int>(bytes.size()), CV_8UC1,
+                         const_cast<char*>(bytes.data()));
+    image = cv::imdecode(buffer, flags);
+  }
+  catch (const cv::Exception&) {
+    // The image stays empty: OpenCV's text names its own source lines, not the fault.
+  }
+  if (image.empty())
+    throw pcl::IOException(
+        path + ": cannot be decoded as an image (corrupt, or of another kind)");
+  return image;
+}
+
+} // namespace
+
+cv::Mat
+readColorImage(const std::string& path)
+{
+  cv::Mat image = readImage(path, cv::IMREAD_COLOR | cv::IMREAD_ANYDEPTH |
+                                      cv::IMREAD_IGNORE_ORIENTATION);
+  if (image.type() != CV_8UC3)
+    throw UnsuitableImage(
+        path + ": more than 8 bits a channel where a colour image is expected" +
+        " (is it a depth image?)");
+  return image;
+}
+
+cv::Mat
+readDepthImage(const std::string& path)
+{
+  cv::Mat image = readImage(path, cv::IMREAD_UNCHANGED);
+  if (image.channels() != 1)
+    throw UnsuitableImage(path + ": a colour image where depth is expected (" +
+                          std::to_string(image.channels()) + " channels)");
+  if (image.depth() == CV_8U)
+    throw UnsuitableImage(path + ": 8-bit depth; depth must have 16 bits");
+  if (image.depth() != CV_16U)
+    throw UnsuitableImage(path + ": depth must be 16-bit unsigned integers");
+  return image;
+}
+
+cv::Mat
+depthInMetres(const cv::Mat& depth, double units_per_metre)
+{
+  const float scale = static_cast<float>(units_per_metre);
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  cv::Mat metres(depth.size(), CV_32FC1);
+  for (int y = 0; y < depth.rows; ++y) {
+    const std::uint16_t* const in = depth.ptr<std::uint16_t>(y);
+    float* const out = metres.ptr<float>(y);
+    for (int x = 0; x < depth.cols; ++x)
+      out[x] = in[x] == 0 || in[x] == 65535 ? nan : static_cast<float>(in[x]) / scale;
+  }
+  return metres;
+}
+
+} // namespace bundle_icp

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+#include <pcl/exceptions.h>
+#include <string>
+
+namespace bundle_icp {
+
+/** An image that could be read but cannot be what it is listed as: likely all images of
+ * the recording share the fault. */
+class UnsuitableImage : public pcl::IOException {
+public:
+  using pcl::IOException::IOException;
+};
+
+/** Reads a colour image: CV_8UC3 BGR, as stored (no rotation by EXIF: depth knows
+ * none). \throws pcl::IOException naming file and reason: missing, empty, truncated, no
+ * image; UnsuitableImage for 16 bits a channel. */
+cv::Mat
+readColorImage(const std::string& path);
+
+/** Reads a depth image: CV_16UC1, as stored.
+ *  \throws pcl::IOException as readColorImage(); UnsuitableImage for 8 bits or a colour
+ * image. */
+cv::Mat
+readDepthImage(const std::string& path);
+
+/** Metres from the units of a depth image: CV_32FC1, NaN where there is no measurement,
+ * which sensors write as 0 or as the largest number. */
+cv::Mat
+depthInMetres(const cv::Mat& depth, double units_per_metre);
+
+} // namespace bundle_icp

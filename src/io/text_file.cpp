@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#include "text_file.h"
+
+#include <pcl/exceptions.h>
+
+#include <boost/filesystem.hpp>
+
+#include <cerrno>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <sstream>
+
+namespace bundle_icp {
+
+namespace {
+
+double
+parseNumber(const std::string& word, const std::string& where)
+{
+  // from_chars rather than streams: those refuse "nan", and follow the user's locale.
+  const char* const begin = word.data() + (word[0] == '+' ? 1 : 0);
+  const char* const end = word.data() + word.size();
+  double value = 0;
+  const auto [rest, code] = std::from_chars(begin, end, value);
+  if (code != std::errc() || rest != end)
+    throw pcl::IOException(where + "'" + word + "' is not a number");
+  if (!std::isfinite(value))
+    throw pcl::IOException(where + "'" + word + "' is not a finite number");
+  return value;
+}
+
+} // namespace
+
+std::string
+readBytes(const std::string& path)
+{
+  if (boost::filesystem::is_directory(path))
+    throw pcl::IOException(path + ": is a folder, not a file");
+  std::ifstream file(path, std::ios::binary);
+  if (!file)
+    throw pcl::IOException(path + ": cannot be opened: " + std::strerror(errno));
+  file.seekg(0, std::ios::end);
+  std::string bytes(static_cast<std::size_t>(std::max<std::streamoff>(0, file.tellg())),
+                    '\0');
+  file.seekg(0);
+  file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  if (!file)
+    throw pcl::IOException(path + ": cannot be read: " + std::strerror(errno));
+  return bytes;
+}
+
+std::vector<TextLine>
+readTextLines(const std::string& path)
+{
+  std::istringstream stream(readBytes(path));
+  std::vector<TextLine> lines;
+  std::string text;
+  for (std::size_t number = 1; std::getline(stream, text); ++number) {
+    text = text.substr(0, text.find('#'));
+    std::replace(text.begin(), text.end(), ',', ' ');
+    std::istringstream blanks(text);
+    TextLine line{number, {}};
+    for (std::string word; blanks >> word;)
+      line.words.push_back(word);
+    if (!line.words.empty())
+      lines.push_back(std::move(line));
+  }
+  return lines;
+}
+
+std::vector<double>
+parseNumbers(const TextLine& line, const std::string& path)
+{
+  const std::string where = path + ":" + std::to_string(line.number) + ": ";
+  std::vector<double> values;
+  values.reserve(line.words.size());
+  for (const std::string& word : line.words)
+    values.push_back(parseNumber(word, where));
+  return values;
+}
+
+std::string
+messageOf(const std::exception& error)
+{
+  const std::string message = error.what();
+  return message.compare(0, 2, ": ") == 0 ? message.substr(2) : message;
+}
+
+} // namespace bundle_icp

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#pragma once
+
+#include <exception>
+#include <string>
+#include <vector>
+
+namespace bundle_icp {
+
+/** One line of a text file that holds something, cut at blanks and commas. */
+struct TextLine {
+  std::size_t number = 0; ///< in the file, from 1
+  std::vector<std::string> words;
+};
+
+/** The lines of a text file without comments ('#' to the end of the line) and empty
+ * lines. \throws pcl::IOException naming file and reason when it cannot be read. */
+std::vector<TextLine>
+readTextLines(const std::string& path);
+
+/** The words of a line as numbers, independent of the locale.
+ *  \throws pcl::IOException naming `path`, the line and the word that is not a finite
+ * number. */
+std::vector<double>
+parseNumbers(const TextLine& line, const std::string& path);
+
+/** All bytes of a file.
+ *  \throws pcl::IOException naming file and reason when it cannot be read. */
+std::string
+readBytes(const std::string& path);
+
+/** What an exception says, without the mark that PCL's exceptions put before it. */
+std::string
+messageOf(const std::exception& error);
+
+} // namespace bundle_icp

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#include <bundle_icp/io/atomic_file.h>
+#include <bundle_icp/io/trajectory.h>
+
+#include "text_file.h"
+
+#include <pcl/exceptions.h>
+
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <iomanip>
+#include <locale>
+#include <map>
+
+namespace bundle_icp {
+
+namespace {
+
+TimedPose
+parsePose(const TextLine& line, const std::string& path)
+{
+  const std::string where = path + ":" + std::to_string(line.number) + ": ";
+  if (line.words.size() != 8)
+    throw pcl::IOException(where + std::to_string(line.words.size()) +
+                           " words; expected 8: timestamp tx ty tz qx qy qz qw");
+  const std::vector<double> v = parseNumbers(line, path);
+  const Eigen::Quaterniond rotation(v[7], v[4], v[5], v[6]);
+  if (std::abs(rotation.norm() - 1) > 1e-2)
+    throw pcl::IOException(where + "the quaternion has length " +
+                           std::to_string(rotation.norm()) + "; expected 1");
+  TimedPose pose;
+  pose.timestamp = v[0];
+  pose.world_from_camera.linear() = rotation.normalized().toRotationMatrix();
+  pose.world_from_camera.translation() << v[1], v[2], v[3];
+  return pose;
+}
+
+} // namespace
+
+Trajectory
+readTrajectory(const std::string& path)
+{
+  std::map<double, TimedPose> poses;
+  for (const TextLine& line : readTextLines(path)) {
+    const TimedPose pose = parsePose(line, path);
+    poses[pose.timestamp] = pose;
+  }
+  if (poses.empty())
+    throw pcl::IOException(path + ": holds no pose");
+  Trajectory trajectory;
+  for (const auto& [timestamp, pose] : poses)
+    trajectory.push_back(pose);
+  return trajectory;
+}
+
+void
+writeTrajectory(const std::string& path, const Trajectory& trajectory)
+{
+  writeAtomically(path, [&](const std::string& temporary_path) {
+    std::ofstream file(temporary_path);
+    file.imbue(std::locale::classic());
+    file << "# timestamp tx ty tz qx qy qz qw\n" << std::fixed;
+    for (const TimedPose& pose : trajectory) {
+      const Eigen::Quaterniond q(pose.world_from_camera.linear());
+      const Eigen::Vector3d t = pose.world_from_camera.translation();
+      file << std::setprecision(6) << pose.timestamp << std::setprecision(8);
+      for (const double value : {t.x(), t.y(), t.z()})
+        file << ' ' << value;
+      file << std::setprecision(10);
+      for (const double value : {q.x(), q.y(), q.z(), q.w()})
+        file << ' ' << value;
+      file << '\n';
+    }
+    file.close();
+    if (!file)
+      throw pcl::IOException(path + ": cannot be written: " + std::strerror(errno));
+  });
+}
+
+} // namespace bundle_icp
