@@ -273,21 +273,31 @@ matchByProjection(const AlignmentProblem& problem, const TargetGrid& target,
 double
 robustScale(const Matches& matches)
 {
-  // Bins on a finer scale near 0: noise-free data have residuals far below sigma.
-  constexpr double BIN = 0.02;
   std::vector<std::size_t> bins(4000);
   float largest = 0;
   for (std::size_t i = 0; i < matches.size(); ++i)
     largest = std::max(largest, std::abs(matches.residual[i] * matches.inverse_sigma[i]));
-  const double width = std::max(1e-6, std::min(BIN, static_cast<double>(largest) / 3999));
-  const double wide = std::max(width, static_cast<double>(largest) / 3999);
-  const float to_bin = static_cast<float>(1 / wide);
+  const double width = std::max(1e-12, static_cast<double>(largest) / 3999);
+  const float to_bin = static_cast<float>(1 / width);
   for (std::size_t i = 0; i < matches.size(); ++i)
     if (matches.inverse_sigma[i] > 0) {
       const float e = std::abs(matches.residual[i] * matches.inverse_sigma[i]) * to_bin;
       ++bins[std::min<std::size_t>(bins.size() - 1, static_cast<std::size_t>(e))];
     }
-  return 1.4826 * histogramMedian(bins, wide);
+  return 1.4826 * histogramMedian(bins, width);
+}
+
+double
+rmsError(const Matches& matches)
+{
+  double sum = 0, count = 0;
+  for (std::size_t i = 0; i < matches.size(); ++i)
+    if (matches.inverse_sigma[i] > 0) {
+      const double e = static_cast<double>(matches.residual[i] * matches.inverse_sigma[i]);
+      sum += e * e;
+      count += 1;
+    }
+  return count > 0 ? std::sqrt(sum / count) : 0;
 }
 
 double

@@ -73,6 +73,10 @@ matchByProjection(const AlignmentProblem& problem, const TargetGrid& target,
 double
 robustScale(const Matches& matches);
 
+/** Root mean square of |r| / sigma. */
+double
+rmsError(const Matches& matches);
+
 /** Per-axis standard deviation of the angle between matched normals [rad], 0 if unknown. */
 double
 normalSigma(const Matches& matches);

@@ -16,10 +16,13 @@ namespace {
 
 /** Source points used by the last level at most: more do not add independent measurements. */
 constexpr double POINTS_OF_LAST_LEVEL = 80000;
-/** Fewer points than this are no level of their own. */
+/** No level has fewer, unless the source has. */
 constexpr double MIN_POINTS_OF_LEVEL = 500;
 /** Largest distance of a projective match, and misalignment allowed for, on the levels [m]. */
 constexpr MatchTolerance LEVEL_TOLERANCE[] = {{0.5f, 0.1f}, {0.3f, 0.03f}, {0.15f, 0}};
+/** With nearest neighbours, whose unit of length is unknown, the same is a share of the root
+ *  mean square distance. */
+constexpr double LEVEL_RMS_SHARE[] = {1, 0.3, 0};
 /** Share of the iterations that may be spent up to the end of a level. */
 constexpr double LEVEL_BUDGET[] = {0.4, 0.7, 1};
 /** Observed noise counts as at least this share of the model's: residuals of exact data must
@@ -60,6 +63,8 @@ private:
   selectLevels();
   bool
   runLevel(std::size_t level);
+  double
+  smallestScale() const;
   Evaluation
   evaluate();
   bool
@@ -78,6 +83,7 @@ private:
   std::optional<TargetGrid> grid_;
   std::optional<VisualPose> visual_pose_;
   std::vector<SourcePoints> levels_;
+  std::size_t level_ = 0;
   const SourcePoints* source_ = nullptr;
   MatchTolerance tolerance_;
   Matches matches_;
@@ -130,10 +136,10 @@ Aligner::selectLevels()
   const double points = static_cast<double>(problem_.source_indices->size());
   const int last = std::max(1, static_cast<int>(std::lround(std::sqrt(points / POINTS_OF_LAST_LEVEL))));
   const double focal = problem_.camera ? problem_.camera->fx : CORRELATED_FOCAL;
-  for (const int stride : {4 * last, 2 * last, last}) {
-    SourcePoints level;
-    if (stride == last || points / (stride * stride) >= MIN_POINTS_OF_LEVEL)
-      level = selectSource(problem_, stride);
+  const int sparsest = std::max(1, static_cast<int>(std::sqrt(points / MIN_POINTS_OF_LEVEL)));
+  for (const int wanted : {4 * last, 2 * last, last}) {
+    const int stride = std::min(wanted, sparsest);
+    SourcePoints level = selectSource(problem_, stride);
     level.patch = std::max(1.0, CORRELATED_PIXELS * std::pow(focal / CORRELATED_FOCAL, 2) /
                                     (stride * stride));
     if (!grid_)
@@ -171,6 +177,15 @@ Aligner::prepare()
   return true;
 }
 
+/** Observed over expected noise that the level takes for granted. */
+double
+Aligner::smallestScale() const
+{
+  if (grid_)
+    return tolerance_.misalignment > 0 ? 1 : MIN_SCALE;
+  return std::max(1e-6 * length_, LEVEL_RMS_SHARE[level_] * rmsError(matches_));
+}
+
 Aligner::Evaluation
 Aligner::evaluate()
 {
@@ -179,8 +194,7 @@ Aligner::evaluate()
   else
     nearest_.match(*source_, pose_, center_, tolerance_.max_distance, matches_);
   Evaluation at;
-  const double floor = !grid_ ? 1e-6 * length_ : tolerance_.misalignment > 0 ? 1 : MIN_SCALE;
-  at.scale = std::max(floor, robustScale(matches_));
+  at.scale = std::max(smallestScale(), robustScale(matches_));
   at.dense = accumulate(matches_, at.scale, problem_.num_threads);
   if (visual_pose_)
     at.visual = accumulateVisual(problem_.visual, pose_, center_, visual_pose_->scale);
@@ -235,6 +249,7 @@ Aligner::notify() const
 bool
 Aligner::runLevel(std::size_t level)
 {
+  level_ = level;
   source_ = &levels_[level];
   const float limit = static_cast<float>(std::min(problem_.max_distance, 1e18));
   tolerance_ = grid_ ? LEVEL_TOLERANCE[level] : MatchTolerance{limit, 0};
@@ -306,8 +321,7 @@ Aligner::run()
   bool done = false;
   for (std::size_t level = 0; level < levels_.size(); ++level) {
     renderAgain();
-    if (levels_[level].size() > 0)
-      done = runLevel(level);
+    done = runLevel(level);
   }
   while (done && renderAgain())
     done = runLevel(levels_.size() - 1);
