@@ -193,7 +193,7 @@ FrameRegistrar::registerPair(const SparseModel& model, std::size_t first, std::s
   term.first = first;
   term.second = second;
   term.first_from_second = closestPose(icp.getFinalTransformation().cast<double>());
-  term.information = result.information;
+  term.information = options_.dense_weight * result.information;
   return term;
 }
 

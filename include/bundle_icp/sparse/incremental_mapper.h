@@ -34,6 +34,9 @@ struct BUNDLE_ICP_EXPORT MapperOptions {
   double min_overlap = 0.5;
   /** Covisible images with which each adjusted image gets a dense term; 0 = none. */
   std::size_t num_dense_neighbours = 4;
+  /** Weight of a dense term relative to what its noise model says: depth errors that all pixels
+   *  of an image share do not average out. */
+  double dense_weight = 0.1;
   /** Whether time stamps tell which images are neighbours. */
   bool ordered_in_time = true;
   /** Threads to use, 0 = all. */
