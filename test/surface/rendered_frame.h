@@ -15,8 +15,8 @@
 namespace bundle_icp::test {
 
 /** Smallest t > 0 at which origin + t direction meets the scene; NaN = never. */
-using Intersection =
-    std::function<double(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction)>;
+using Intersection = std::function<double(const Eigen::Vector3d& origin,
+                                          const Eigen::Vector3d& direction)>;
 /** Colour, BGR, of a point of the surface. */
 using Paint = std::function<cv::Vec3b(const Eigen::Vector3d& point)>;
 
@@ -36,10 +36,10 @@ smallCamera()
 
 /** Exact depth and colour of a scene. */
 inline RGBDFrame
-render(const Intersection& scene,
-       const Pose& world_from_camera,
-       const Paint& paint = [](const Eigen::Vector3d&) { return cv::Vec3b(50, 100, 150); },
-       const CameraIntrinsics& camera = smallCamera())
+render(
+    const Intersection& scene, const Pose& world_from_camera,
+    const Paint& paint = [](const Eigen::Vector3d&) { return cv::Vec3b(50, 100, 150); },
+    const CameraIntrinsics& camera = smallCamera())
 {
   RGBDFrame frame;
   frame.depth.create(camera.height, camera.width, CV_32FC1);
@@ -47,7 +47,8 @@ render(const Intersection& scene,
   const Eigen::Vector3d origin = world_from_camera.translation();
   for (int v = 0; v < camera.height; ++v)
     for (int u = 0; u < camera.width; ++u) {
-      const Eigen::Vector3d ray = world_from_camera.linear() * camera.unproject(u, v, 1);
+      const Eigen::Vector3d ray =
+          world_from_camera.linear() * camera.unproject(u, v, 1);
       const double z = scene(origin, ray);
       frame.depth.at<float>(v, u) = static_cast<float>(z);
       frame.color.at<cv::Vec3b>(v, u) =
@@ -90,7 +91,8 @@ lookAt(const Eigen::Vector3d& eye, const Eigen::Vector3d& target)
   return pose;
 }
 
-/** Poses that look at the origin from all sides: from the faces and corners of a cube. */
+/** Poses that look at the origin from all sides: from the faces and corners of a cube.
+ */
 inline std::vector<Pose>
 posesAllAround(double distance)
 {
@@ -99,7 +101,8 @@ posesAllAround(double distance)
     for (const double sign : {-1.0, 1.0})
       poses.push_back(lookAt(sign * distance * Eigen::Vector3d::Unit(axis), {0, 0, 0}));
   for (int corner = 0; corner < 8; ++corner) {
-    const Eigen::Vector3d eye(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
+    const Eigen::Vector3d eye(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1,
+                              corner & 4 ? 1 : -1);
     poses.push_back(lookAt(distance * eye.normalized(), {0, 0, 0}));
   }
   return poses;

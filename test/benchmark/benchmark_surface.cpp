@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+//
+// Time a frame of TSDF fusion, memory, and time of marching cubes.
+//
+//   bundle_icp_benchmark_surface [options of Google Benchmark] SCAN...
+//
+// Each SCAN is a recording with true poses.
+#include <bundle_icp/io/rgbd_dataset.h>
+#include <bundle_icp/surface/tsdf_marching_cubes.h>
+
+#include <benchmark/benchmark.h>
+#include <pcl/point_types.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <iostream>
+
+using namespace bundle_icp;
+
+namespace {
+
+// The true pose next in time.
+Pose
+poseAt(const Trajectory& trajectory, double timestamp)
+{
+  const auto distance = [timestamp](const TimedPose& pose) {
+    return std::abs(pose.timestamp - timestamp);
+  };
+  return std::min_element(trajectory.begin(), trajectory.end(),
+                          [&](const TimedPose& a, const TimedPose& b) {
+                            return distance(a) < distance(b);
+                          })
+      ->world_from_camera;
+}
+
+// One iteration is the whole recording; only the fusion is timed, not the reading.
+std::shared_ptr<TSDFVolume>
+fuse(const RGBDDataset& dataset, double& seconds)
+{
+  using Clock = std::chrono::steady_clock;
+  const Trajectory trajectory = dataset.groundTruth();
+  auto volume = std::make_shared<TSDFVolume>();
+  seconds = 0;
+  for (std::size_t i = 0; i < dataset.size(); ++i) {
+    const RGBDFrame frame = dataset.read(i);
+    const Pose pose = poseAt(trajectory, dataset.timestamp(i));
+    const auto start = Clock::now();
+    volume->integrate(frame, dataset.camera(), pose);
+    seconds += std::chrono::duration<double>(Clock::now() - start).count();
+  }
+  return volume;
+}
+
+void
+integrate(benchmark::State& state, const RGBDDataset::ConstPtr& dataset)
+{
+  for (auto _ : state) {
+    double seconds = 0;
+    const auto volume = fuse(*dataset, seconds);
+    state.SetIterationTime(seconds);
+    state.counters["ms_per_frame"] = 1e3 * seconds / double(dataset->size());
+    state.counters["blocks"] = double(volume->numBlocks());
+    state.counters["MB"] = double(volume->memoryBytes()) / 1e6;
+  }
+}
+
+void
+march(benchmark::State& state, const RGBDDataset::ConstPtr& dataset)
+{
+  double unused = 0;
+  const auto volume = fuse(*dataset, unused);
+  for (auto _ : state) {
+    const SurfaceMesh mesh = extractSurface(*volume);
+    state.counters["vertices"] = double(mesh.vertices.size());
+  }
+}
+
+void
+reconstructMesh(benchmark::State& state, const RGBDDataset::ConstPtr& dataset)
+{
+  double unused = 0;
+  TSDFMarchingCubes<pcl::PointXYZRGBNormal> cubes;
+  cubes.setVolume(fuse(*dataset, unused));
+  for (auto _ : state) {
+    pcl::PolygonMesh mesh;
+    cubes.reconstruct(mesh);
+    state.counters["triangles"] = double(mesh.polygons.size());
+  }
+}
+
+void
+registerScan(const std::string& path)
+{
+  const RGBDDataset::ConstPtr dataset = openDataset(path);
+  if (dataset->groundTruth().empty())
+    throw std::runtime_error(path + ": has no poses");
+  const auto add = [&](const std::string& name, auto function) {
+    return benchmark::RegisterBenchmark(
+               (name + " " + path).c_str(),
+               [=](benchmark::State& state) { function(state, dataset); })
+        ->Unit(benchmark::kMillisecond)
+        ->MeasureProcessCPUTime();
+  };
+  add("integrate", integrate)->UseManualTime()->Iterations(1);
+  add("extractSurface", march)->UseRealTime();
+  add("TSDFMarchingCubes", reconstructMesh)->UseRealTime();
+}
+
+} // namespace
+
+int
+main(int argc, char** argv)
+{
+  benchmark::Initialize(&argc, argv);
+  if (argc < 2) {
+    std::cerr << "Usage: " << argv[0] << " [--benchmark_...] SCAN...\n";
+    return 2;
+  }
+  try {
+    for (int i = 1; i < argc; ++i)
+      registerScan(argv[i]);
+  }
+  catch (const std::exception& error) {
+    std::cerr << error.what() << '\n';
+    return 1;
+  }
+  benchmark::RunSpecifiedBenchmarks();
+  return 0;
+}

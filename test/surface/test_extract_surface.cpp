@@ -1,0 +1,258 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#include "messages.h"
+#include "surface/rendered_frame.h"
+
+#include <bundle_icp/surface/extract_surface.h>
+
+#include <gtest/gtest.h>
+#include <pcl/exceptions.h>
+
+#include <map>
+#include <set>
+
+using namespace bundle_icp;
+using namespace bundle_icp::test;
+
+namespace {
+
+constexpr double radius = 0.3;
+constexpr double voxel = 0.01;
+
+TSDFVolume
+fuse(const Intersection& scene, const std::vector<Pose>& poses, const Paint& paint)
+{
+  TSDFOptions options;
+  options.voxel_size = voxel;
+  options.truncation = 0.04;
+  TSDFVolume volume(options);
+  for (const Pose& pose : poses)
+    volume.integrate(render(scene, pose, paint), smallCamera(), pose);
+  return volume;
+}
+
+const Paint gray = [](const Eigen::Vector3d&) { return cv::Vec3b(128, 128, 128); };
+
+MeshOptions
+everything()
+{
+  MeshOptions options;
+  options.min_component_triangles = 0;
+  return options;
+}
+
+std::array<Eigen::Vector3d, 3>
+corners(const SurfaceMesh& mesh, const std::array<std::uint32_t, 3>& triangle)
+{
+  return {mesh.vertices[triangle[0]].cast<double>(),
+          mesh.vertices[triangle[1]].cast<double>(),
+          mesh.vertices[triangle[2]].cast<double>()};
+}
+
+double
+smallestArea(const SurfaceMesh& mesh)
+{
+  double smallest = 1e9;
+  for (const auto& triangle : mesh.triangles) {
+    const auto p = corners(mesh, triangle);
+    smallest = std::min(smallest, (p[1] - p[0]).cross(p[2] - p[0]).norm() / 2);
+  }
+  return smallest;
+}
+
+std::size_t
+numDistinctVertices(const SurfaceMesh& mesh)
+{
+  std::set<std::array<float, 3>> distinct;
+  for (const Eigen::Vector3f& vertex : mesh.vertices)
+    distinct.insert({vertex.x(), vertex.y(), vertex.z()});
+  return distinct.size();
+}
+
+// How often each directed edge occurs.
+std::map<std::pair<std::uint32_t, std::uint32_t>, int>
+directedEdges(const SurfaceMesh& mesh)
+{
+  std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges;
+  for (const auto& triangle : mesh.triangles)
+    for (int i = 0; i < 3; ++i)
+      ++edges[{triangle[i], triangle[(i + 1) % 3]}];
+  return edges;
+}
+
+} // namespace
+
+TEST(ExtractSurface, SphereIsAccurateClosedAndFacesOutward)
+{
+  const TSDFVolume volume = fuse(sphere(radius), posesAllAround(1.0), gray);
+  const SurfaceMesh mesh = extractSurface(volume);
+  ASSERT_GT(mesh.triangles.size(), 10000u);
+  EXPECT_EQ(mesh.normals.size(), mesh.vertices.size());
+  EXPECT_EQ(mesh.colors.size(), mesh.vertices.size());
+
+  double sum = 0;
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+    const double error = std::abs(mesh.vertices[i].cast<double>().norm() - radius);
+    EXPECT_LT(error, voxel / 2);
+    sum += error;
+    EXPECT_GT(mesh.normals[i].dot(mesh.vertices[i].normalized()), 0.95f);
+    EXPECT_NEAR(mesh.normals[i].norm(), 1, 1e-5);
+  }
+  EXPECT_LT(sum / double(mesh.vertices.size()), voxel / 20);
+
+  // The neighbour runs along a shared edge the other way round.
+  const auto edges = directedEdges(mesh);
+  for (const auto& [edge, count] : edges) {
+    ASSERT_EQ(count, 1);
+    ASSERT_TRUE(edges.count({edge.second, edge.first}));
+  }
+  double enclosed = 0;
+  for (const auto& triangle : mesh.triangles) {
+    const auto p = corners(mesh, triangle);
+    enclosed += p[0].dot(p[1].cross(p[2])) / 6;
+  }
+  EXPECT_NEAR(enclosed, 4.0 / 3 * M_PI * std::pow(radius, 3), 0.01 * enclosed);
+}
+
+TEST(ExtractSurface, SharesVerticesAndHasNoTriangleWithoutArea)
+{
+  // The wall runs exactly through voxel centres: every vertex is one where marching
+  // cubes wants to put several into one place.
+  const std::vector<Pose> front{Pose::Identity()};
+  for (const double offset : {1.0, 1.0025}) {
+    const SurfaceMesh mesh =
+        extractSurface(fuse(plane({0, 0, 1}, offset), front, gray), everything());
+    ASSERT_GT(mesh.triangles.size(), 1000u);
+    EXPECT_EQ(numDistinctVertices(mesh), mesh.vertices.size());
+    EXPECT_GT(smallestArea(mesh), 1e-9);
+    std::vector<bool> used(mesh.vertices.size());
+    for (const auto& triangle : mesh.triangles)
+      for (const std::uint32_t vertex : triangle)
+        used[vertex] = true;
+    EXPECT_EQ(std::count(used.begin(), used.end(), false), 0);
+  }
+}
+
+TEST(ExtractSurface, NoiseTearsNoHolesIntoTheInside)
+{
+  // Every case of marching cubes occurs in noise; open edges may only be where
+  // observation ends.
+  std::mt19937 random(3);
+  std::normal_distribution<float> noise(0, 0.012f);
+  RGBDFrame frame = render(plane({0, 0, 1}, 1.0), Pose::Identity());
+  for (auto z = frame.depth.begin<float>(); z != frame.depth.end<float>(); ++z)
+    *z += noise(random);
+  TSDFOptions options;
+  options.voxel_size = 0.004;
+  options.truncation = 0.1;
+  options.noise.constant = 0.02;
+  TSDFVolume volume(options);
+  volume.integrate(frame, smallCamera(), Pose::Identity());
+  const SurfaceMesh mesh = extractSurface(volume, everything());
+  ASSERT_GT(mesh.triangles.size(), 10000u);
+  EXPECT_EQ(numDistinctVertices(mesh), mesh.vertices.size());
+  const auto edges = directedEdges(mesh);
+  int open = 0;
+  for (const auto& [edge, count] : edges) {
+    const auto back = edges.find({edge.second, edge.first});
+    const Eigen::Vector3f middle =
+        (mesh.vertices[edge.first] + mesh.vertices[edge.second]) / 2;
+    if (std::abs(middle.x()) < 0.5f && std::abs(middle.y()) < 0.35f &&
+        std::abs(middle.z() - 1) < 0.06f)
+      open += back == edges.end() || back->second != count;
+  }
+  EXPECT_EQ(open, 0);
+}
+
+TEST(ExtractSurface, ColorsDoNotSmear)
+{
+  // Red left of x = 0.0025, blue right of it.
+  const Paint two = [](const Eigen::Vector3d& point) {
+    return point.x() < 0.0025 ? cv::Vec3b(0, 0, 250) : cv::Vec3b(250, 0, 0);
+  };
+  std::vector<Pose> poses;
+  for (const double x : {-0.3, -0.1, 0.1, 0.3})
+    poses.push_back(lookAt({x, 0.1, 0}, {0, 0, 1}));
+  const SurfaceMesh mesh =
+      extractSurface(fuse(plane({0, 0, 1}, 1.0), poses, two), everything());
+  ASSERT_GT(mesh.vertices.size(), 1000u);
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+    const double side = mesh.vertices[i].x() - 0.0025;
+    if (std::abs(side) < 1.5 * voxel)
+      continue;
+    EXPECT_NEAR(mesh.colors[i][0], side < 0 ? 250 : 0, 3);
+    EXPECT_NEAR(mesh.colors[i][2], side < 0 ? 0 : 250, 3);
+    EXPECT_LE(mesh.colors[i][1], 3);
+  }
+}
+
+TEST(ExtractSurface, SmallComponentsAreRemoved)
+{
+  const Intersection small_ball = [](const Eigen::Vector3d& origin,
+                                     const Eigen::Vector3d& ray) {
+    const double wall = plane({0, 0, 1}, 1.3)(origin, ray);
+    const double ball = sphere(0.03)(origin - Eigen::Vector3d(0, 0, 1), ray);
+    return std::isnan(ball) ? wall : ball;
+  };
+  const TSDFVolume volume = fuse(small_ball, {Pose::Identity()}, gray);
+  const auto isNear = [](const Eigen::Vector3f& vertex) { return vertex.z() < 1.15f; };
+  const auto numNear = [&](const SurfaceMesh& mesh) {
+    return std::count_if(mesh.vertices.begin(), mesh.vertices.end(), isNear);
+  };
+  const SurfaceMesh whole = extractSurface(volume, everything());
+  MeshOptions options;
+  options.min_component_triangles = 500;
+  const SurfaceMesh clean = extractSurface(volume, options);
+  EXPECT_GT(numNear(whole), 5);
+  EXPECT_EQ(numNear(clean), 0);
+  EXPECT_GT(clean.triangles.size(), whole.triangles.size() / 2);
+  for (const auto& triangle : clean.triangles)
+    for (const std::uint32_t vertex : triangle)
+      ASSERT_LT(vertex, clean.vertices.size());
+}
+
+TEST(ExtractSurface, MinimumWeightDropsWhatWasSeenOnce)
+{
+  const TSDFVolume volume = fuse(plane({0, 0, 1}, 1.0), {Pose::Identity()}, gray);
+  MeshOptions options;
+  EXPECT_GT(extractSurface(volume, options).triangles.size(), 1000u);
+  options.min_weight = 2; // one frame at 1 m weighs at most 1
+  EXPECT_EQ(extractSurface(volume, options).triangles.size(), 0u);
+}
+
+TEST(ExtractSurface, IsoLevelMovesTheSurfaceTowardsTheCamera)
+{
+  const TSDFVolume volume = fuse(plane({0, 0, 1}, 1.0), {Pose::Identity()}, gray);
+  MeshOptions options;
+  options.iso_level = 0.5;
+  const SurfaceMesh mesh = extractSurface(volume, options);
+  ASSERT_GT(mesh.vertices.size(), 1000u);
+  for (const Eigen::Vector3f& vertex : mesh.vertices)
+    EXPECT_NEAR(vertex.z(), 0.98, voxel / 2);
+}
+
+TEST(ExtractSurface, EmptyVolumeGivesAnEmptyMesh)
+{
+  const SurfaceMesh mesh = extractSurface(TSDFVolume());
+  EXPECT_TRUE(mesh.vertices.empty() && mesh.triangles.empty());
+}
+
+TEST(ExtractSurface, RefusesBadOptions)
+{
+  const TSDFVolume volume;
+  const auto refusal = [&volume](const MeshOptions& options) {
+    return messageOf<pcl::BadArgumentException>(
+        [&] { extractSurface(volume, options); });
+  };
+  MeshOptions options;
+  options.min_weight = 0;
+  EXPECT_CONTAINS(refusal(options), "min_weight 0");
+  options = {};
+  options.iso_level = 1;
+  EXPECT_CONTAINS(refusal(options), "iso_level 1");
+  options.iso_level = -0.1;
+  EXPECT_CONTAINS(refusal(options), "iso_level -0.1");
+  options = {};
+  options.num_threads = -2;
+  EXPECT_CONTAINS(refusal(options), "num_threads -2");
+}
