@@ -308,7 +308,9 @@ main(int argc, char** argv)
       printJson(evaluation, *arguments);
     else
       printTable(evaluation, *arguments);
-    return std::cout.flush() && std::fflush(stdout) == 0 ? 0 : 1;
+    if (!std::cout.flush() || std::fflush(stdout) != 0)
+      throw std::runtime_error("standard output cannot be written");
+    return 0;
   }
   catch (const po::error& error) {
     return fail(error, 2);
