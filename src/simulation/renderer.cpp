@@ -65,12 +65,14 @@ edgeColor(const View& view, int x, int y, const FaceSet& faces)
     const double u = x + (i % edge_rays + 0.5) / edge_rays - 0.5;
     const double v = y + (i / edge_rays + 0.5) / edge_rays - 0.5;
     const Hit hit = view.cast(u, v, faces);
+    if (hit.face < 0) // a gap between them, too narrow for any central ray
+      continue;
     const auto end = faces.face.begin() + faces.count;
     // A face that no neighbour's centre sees, the side of a thin box, goes into the
     // last part.
     Part& part =
         parts[std::find(faces.face.begin(), end, hit.face) - faces.face.begin()];
-    part = {part.rays + (hit.face >= 0), u, v, hit};
+    part = {part.rays + 1, u, v, hit};
   }
   Eigen::Array4f sum = Eigen::Array4f::Zero();
   int rays = 0;

@@ -98,7 +98,7 @@ writeFrames(const SyntheticScan& scan, const fs::path& folder, int threads,
   }
   if (failure)
     std::rethrow_exception(failure);
-  return !cancelled;
+  return !cancelled && (!progress || progress({"frames", done, scan.size()}));
 }
 
 void
