@@ -16,11 +16,9 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <fstream>
 #include <iostream>
 #include <optional>
 #include <set>
-#include <sstream>
 
 namespace fs = boost::filesystem;
 namespace po = boost::program_options;
@@ -51,13 +49,12 @@ class UsageError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-std::optional<Arguments>
-parse(int argc, char** argv)
+po::options_description
+describeOptions(Arguments& arguments)
 {
-  Arguments arguments;
   SurfaceErrorOptions& surface = arguments.surface_options;
-  po::options_description visible("Options"), all;
-  visible.add_options()("help,h", "print this text")(
+  po::options_description options("Options");
+  options.add_options()("help,h", "print this text")(
       "json", po::bool_switch(&arguments.json), "print JSON instead of a table")(
       "frames", po::value(&arguments.frames)->value_name("LIST"),
       "file whose first column holds the time stamps of all frames [s], for the share "
@@ -79,11 +76,35 @@ parse(int argc, char** argv)
       "a true point this close to the mesh counts as reconstructed [m]")(
       "threads", po::value(&surface.num_threads)->value_name("N")->default_value(0),
       "threads, 0 = all");
+  return options;
+}
+
+void
+check(Arguments& arguments)
+{
+  if (arguments.truth.empty() || arguments.trajectory.empty())
+    throw UsageError("expected GROUNDTRUTH and TRAJECTORY");
+  if (arguments.mesh.empty() != arguments.surface.empty())
+    throw UsageError("--mesh and --surface belong together");
+  if (!(arguments.max_difference > 0))
+    throw UsageError("--max-difference must be positive");
+  SurfaceErrorOptions& surface = arguments.surface_options;
+  surface.sample_spacing = std::min(0.005, surface.completeness_distance / 2);
+  if (std::string error; !surface.isValid(&error))
+    throw UsageError(error);
+}
+
+// Nothing when help was asked for, and given.
+std::optional<Arguments>
+parse(int argc, char** argv)
+{
+  Arguments arguments;
+  const po::options_description visible = describeOptions(arguments);
+  po::options_description all;
   all.add(visible).add_options()("truth", po::value(&arguments.truth))(
       "trajectory", po::value(&arguments.trajectory));
   po::positional_options_description positional;
   positional.add("truth", 1).add("trajectory", 1);
-
   po::variables_map values;
   po::store(
       po::command_line_parser(argc, argv).options(all).positional(positional).run(),
@@ -100,15 +121,7 @@ parse(int argc, char** argv)
         << visible;
     return std::nullopt;
   }
-  if (arguments.truth.empty() || arguments.trajectory.empty())
-    throw UsageError("expected GROUNDTRUTH and TRAJECTORY");
-  if (arguments.mesh.empty() != arguments.surface.empty())
-    throw UsageError("--mesh and --surface belong together");
-  if (!(arguments.max_difference > 0))
-    throw UsageError("--max-difference must be positive");
-  surface.sample_spacing = std::min(0.005, surface.completeness_distance / 2);
-  if (std::string error; !surface.isValid(&error))
-    throw UsageError(error);
+  check(arguments);
   return arguments;
 }
 
@@ -132,29 +145,6 @@ readTruthFolder(const std::string& folder)
   return truth;
 }
 
-std::vector<double>
-readStamps(const std::string& path)
-{
-  std::ifstream file(path);
-  if (!file)
-    throw pcl::IOException(path + ": cannot be opened");
-  std::vector<double> stamps;
-  std::string line;
-  for (std::size_t number = 1; std::getline(file, line); ++number) {
-    std::istringstream stream(line.substr(0, line.find('#')));
-    double stamp = 0;
-    if (stream >> stamp)
-      stamps.push_back(stamp);
-    else if (!stream.eof() ||
-             stream.str().find_first_not_of(" \t\r") != std::string::npos)
-      throw pcl::IOException(path + ":" + std::to_string(number) +
-                             ": expected a time stamp");
-  }
-  if (stamps.empty())
-    throw pcl::IOException(path + ": holds no time stamp");
-  return stamps;
-}
-
 template <typename T>
 T
 readPly(const std::string& path)
@@ -175,7 +165,7 @@ evaluate(const Arguments& arguments)
                     ? readTruthFolder(arguments.truth)
                     : Truth{readTrajectory(arguments.truth), {}};
   if (!arguments.frames.empty())
-    truth.frames = readStamps(arguments.frames);
+    truth.frames = readTimestamps(arguments.frames);
   const Trajectory estimate = readTrajectory(arguments.trajectory);
   const auto absolute =
       absoluteTrajectoryError(truth.trajectory, estimate, arguments.max_difference);

@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "python_random.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numeric>

@@ -48,7 +48,8 @@ listImages(const fs::path& folder)
                                             ".bmp", ".tif", ".tiff"};
   std::vector<fs::path> files;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder))
-    if (extensions.count(boost::to_lower_copy(entry.path().extension().string())))
+    if (extensions.count(boost::to_lower_copy(entry.path().extension().string())) &&
+        entry.path().filename().string().front() != '.')
       files.push_back(entry.path());
   std::sort(files.begin(), files.end(), naturalLess);
   if (files.empty())

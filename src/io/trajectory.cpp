@@ -80,4 +80,15 @@ writeTrajectory(const std::string& path, const Trajectory& trajectory)
   });
 }
 
+std::vector<double>
+readTimestamps(const std::string& path)
+{
+  std::vector<double> timestamps;
+  for (const TextLine& line : readTextLines(path))
+    timestamps.push_back(parseNumbers({line.number, {line.words[0]}}, path).front());
+  if (timestamps.empty())
+    throw pcl::IOException(path + ": holds no time stamp");
+  return timestamps;
+}
+
 } // namespace bundle_icp

@@ -158,7 +158,8 @@ findCalibration(const std::string& folder, Recording& recording)
 bool
 isTumFolder(const std::string& folder)
 {
-  return fs::exists(fs::path(folder) / "rgb.txt") &&
+  // One is enough: that the other is missing is then said by its name.
+  return fs::exists(fs::path(folder) / "rgb.txt") ||
          fs::exists(fs::path(folder) / "depth.txt");
 }
 

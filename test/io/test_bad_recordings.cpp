@@ -54,6 +54,12 @@ TEST_F(BadRecording, ListsWithFaults)
   EXPECT_CONTAINS(openError(place), "rgb.txt:1: 'rgb/0.png' is not a number");
 }
 
+TEST_F(BadRecording, ListMissing)
+{
+  boost::filesystem::remove(place + "/depth.txt");
+  EXPECT_CONTAINS(openError(place), "depth.txt: cannot be opened: No such file");
+}
+
 TEST_F(BadRecording, NoOverlapInTime)
 {
   writeText(place + "/depth.txt", "100.0 depth/0.png\n100.1 depth/1.png");

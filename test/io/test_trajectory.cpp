@@ -73,6 +73,20 @@ TEST(Trajectory, RefusesBadLinesNamingThem)
   }
 }
 
+TEST(Trajectory, ReadsTimestampsOfLists)
+{
+  const TemporaryFolder folder;
+  const std::string path = folder.path("rgb.txt");
+  writeText(path, "# time file\n0.5 a.png\n0.25 b.png # c\n");
+  EXPECT_EQ(readTimestamps(path), (std::vector<double>{0.5, 0.25}));
+  writeText(path, "0.5 a.png\nb.png 0.25\n");
+  EXPECT_CONTAINS(messageOf<pcl::IOException>([&] { readTimestamps(path); }),
+                  "rgb.txt:2: 'b.png' is not a number");
+  writeText(path, "# nothing\n");
+  EXPECT_CONTAINS(messageOf<pcl::IOException>([&] { readTimestamps(path); }),
+                  "rgb.txt: holds no time stamp");
+}
+
 TEST(Trajectory, FullDiskKeepsTheOldFile)
 {
   const TemporaryFolder folder;

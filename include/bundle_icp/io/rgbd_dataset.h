@@ -103,7 +103,8 @@ public:
     return {};
   }
 
-  /** Files that the recording names but that are absent or found no partner. */
+  /** Files that the recording names but that are absent, found no partner or hold no
+   * pose. */
   virtual std::vector<SkippedFile>
   skipped() const
   {
@@ -113,20 +114,29 @@ public:
 
 /** Opens a recording and recognises its format from the folder:
  *  - TUM RGB-D: `rgb.txt`, `depth.txt`, optionally `groundtruth.txt`. Colour and depth
- * are associated by time, greedily, closest first, as the benchmark's script does.
- * Intrinsics are known for folders named freiburg1, freiburg2, freiburg3; otherwise
- * from a file `intrinsics.txt` (fx fy cx cy [k1 k2 p1 p2 k3]) or the options.
+ * are associated by time, greedily, closest first, as the benchmark's script does; a
+ * frame's id is the number of its line in `rgb.txt`. Intrinsics from `intrinsics.txt`
+ * (a line `fx fy cx cy [k1 k2 p1 p2 k3]`, optionally a line `depth_scale
+ * UNITS_PER_METRE`), else those of the benchmark's cameras for folders with freiburg1,
+ * freiburg2 or freiburg3 in the name.
  *  - 7-Scenes and 3DMatch: `frame-000000.color.{png,jpg}`, `.depth.png`, `.pose.txt`;
- * intrinsics from `camera-intrinsics.txt`, else those of 7-Scenes. Colour is warped
- * into the depth camera, to which the poses belong.
- *  - Open3D and Redwood: `color/`, `depth/`, `intrinsic.json` (column-major, as Open3D
- * writes it).
+ * intrinsics from `camera-intrinsics.txt` in the folder or the one above, else those of
+ * 7-Scenes. With the latter's camera (585 px), colour is warped into the depth camera,
+ * to which the poses belong. Poses that are not rigid are left out, and listed in
+ * skipped().
+ *  - Open3D and Redwood: `color/` (`image/`, `rgb/`), `depth/`, paired by the numbers
+ * in their names; `intrinsic.json` (`camera_intrinsic.json`), column-major, as Open3D
+ * writes it.
  *
- *  Intrinsics and units are never invented: when neither format, file nor options give
- * them, this throws. \throws pcl::IOException naming folder or file and reason: folder
- * missing or empty, format unknown, no overlap in time, sizes that differ, 8-bit depth,
- * a colour image in place of depth. \throws pcl::BadArgumentException for invalid
- * options or impossible intrinsics. */
+ *  The options' intrinsics and depth scale have precedence. Intrinsics are never
+ * invented: when neither options, file nor format give them, this throws. Depth of 0 or
+ * 65535 units is not measured. Without time stamps, frame n is taken at n / 30 s.
+ * Frames are read until one is good: files that cannot be decoded do no harm here, and
+ * make read() throw for their frame. \throws pcl::IOException naming folder or file and
+ * reason: folder missing or empty, format unknown, no overlap in time, sizes that
+ * differ, 8-bit depth, a colour image in place of depth, no readable frame, intrinsics
+ * unknown. \throws pcl::BadArgumentException for invalid options or impossible
+ * intrinsics. */
 BUNDLE_ICP_EXPORT RGBDDataset::Ptr
 openDataset(const std::string& path, const DatasetOptions& options = {});
 

@@ -32,4 +32,10 @@ readTrajectory(const std::string& path);
 BUNDLE_ICP_EXPORT void
 writeTrajectory(const std::string& path, const Trajectory& trajectory);
 
+/** Reads time stamps [s], in the order of the file: the first column of any list with
+ * '#' for comments, such as `rgb.txt` of a TUM folder. \throws pcl::IOException naming
+ * file and line: file missing or empty, not a finite number. */
+BUNDLE_ICP_EXPORT std::vector<double>
+readTimestamps(const std::string& path);
+
 } // namespace bundle_icp
