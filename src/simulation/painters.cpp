@@ -11,43 +11,75 @@ namespace bundle_icp {
 namespace simulation {
 namespace {
 
-/** Noise of zero mean and standard deviation about one: octaves from `coarsest` texels
- * down to two, each with an amplitude that falls with `decay`. CV_32FC1. */
+/** Noise of zero mean and standard deviation about one, CV_32FC1: octaves from
+ * `coarsest` texels down to two, each with an amplitude that falls with `decay`. */
 cv::Mat
 fractalNoise(const cv::Size& size, cv::RNG& random, cv::Size2f coarsest, double decay)
 {
-  cv::Mat sum = cv::Mat::zeros(size, CV_32FC1), octave;
+  cv::Mat sum, nodes;
   double amplitude = 1, power = 0;
   while (std::max(coarsest.width, coarsest.height) >= 2) {
-    const cv::Size grid(int(size.width / std::max(coarsest.width, 1.f)) + 4,
-                        int(size.height / std::max(coarsest.height, 1.f)) + 4);
-    cv::Mat nodes(grid, CV_32FC1);
-    random.fill(nodes, cv::RNG::UNIFORM, -2.f, 2.f);
-    cv::resize(nodes, octave, size, 0, 0, cv::INTER_LINEAR);
-    cv::scaleAdd(octave, amplitude, sum, sum);
+    // Each octave is added at its own resolution, and all are enlarged together.
+    nodes.create(int(float(size.height) / std::max(coarsest.height, 1.f)) + 2,
+                 int(float(size.width) / std::max(coarsest.width, 1.f)) + 2, CV_32FC1);
+    random.fill(nodes, cv::RNG::UNIFORM, -2 * amplitude, 2 * amplitude);
+    if (!sum.empty()) {
+      cv::resize(sum, sum, nodes.size(), 0, 0, cv::INTER_LINEAR);
+      nodes += sum;
+    }
+    cv::swap(sum, nodes);
     power += amplitude * amplitude;
     amplitude *= decay;
-    coarsest.width /= 2;
-    coarsest.height /= 2;
+    coarsest = {coarsest.width / 2, coarsest.height / 2};
   }
-  return sum / std::sqrt(std::max(power, 1e-12) * 0.6);
+  cv::resize(sum, sum, size, 0, 0, cv::INTER_LINEAR);
+  return sum / std::sqrt(0.6 * power);
 }
 
 /** Adds grey noise of standard deviation `amplitude` grey levels. */
 void
-addNoise(cv::Mat canvas, const cv::Mat& noise, double amplitude)
+addNoise(cv::Mat canvas, const cv::Mat& noise, float amplitude)
 {
-  cv::Mat gray, color;
-  noise.convertTo(gray, CV_16SC1, amplitude);
-  cv::merge(std::vector<cv::Mat>(3, gray), color);
-  cv::add(canvas, color, canvas, cv::noArray(), CV_8UC3);
+  for (int y = 0; y < canvas.rows; ++y) {
+    auto* pixel = canvas.ptr<cv::Vec3b>(y);
+    const auto* added = noise.ptr<float>(y);
+    for (int x = 0; x < canvas.cols; ++x) {
+      const int level = int(amplitude * added[x]);
+      for (int c = 0; c < 3; ++c)
+        pixel[x][c] = uchar(std::clamp(pixel[x][c] + level, 0, 255));
+    }
+  }
 }
 
+/** BGR of a hue, saturation and brightness, the first two 0 to 1, the last of 255. */
 cv::Scalar
-randomColor(cv::RNG& random, int low = 25, int high = 235)
+fromHue(double hue, double saturation, double brightness)
 {
-  return {double(random.uniform(low, high)), double(random.uniform(low, high)),
-          double(random.uniform(low, high))};
+  cv::Scalar color;
+  for (int c = 0; c < 3; ++c) {
+    const double k = std::fmod(1 + 2 * c + 6 * (hue - std::floor(hue)), 6);
+    color[c] = brightness * (1 - saturation * std::clamp(std::min(k, 4 - k), 0.0, 1.0));
+  }
+  return color;
+}
+
+// Below, random numbers are drawn one a statement: the order of arguments is the
+// compiler's.
+
+/** A muted colour of a hue. */
+cv::Scalar
+shadeOf(double hue, cv::RNG& random, double darkest, double brightest)
+{
+  const double saturation = random.uniform(0.1, 0.65);
+  return fromHue(hue, saturation, random.uniform(darkest, brightest));
+}
+
+/** A muted colour of any hue. */
+cv::Scalar
+randomColor(cv::RNG& random, double darkest = 40, double brightest = 230)
+{
+  const double hue = random.uniform(0.0, 1.0);
+  return shadeOf(hue, random, darkest, brightest);
 }
 
 /** A colour near `base`, so that a picture keeps a palette. */
@@ -83,9 +115,11 @@ drawText(cv::Mat canvas, cv::RNG& random, cv::Point origin, double height,
   const double scale = height / 22; // the font's capitals are 22 px high
   const int letters =
       std::max(3, int(0.9 * (canvas.cols - 2 * origin.x) / (0.75 * height)));
-  cv::putText(canvas, randomWords(random, letters), origin,
-              random.uniform(0, 2) ? cv::FONT_HERSHEY_DUPLEX : cv::FONT_HERSHEY_TRIPLEX,
-              scale, color, std::max(1, int(height / 9)), cv::LINE_AA);
+  const std::string words = randomWords(random, letters);
+  const int font =
+      random.uniform(0, 2) ? cv::FONT_HERSHEY_DUPLEX : cv::FONT_HERSHEY_TRIPLEX;
+  cv::putText(canvas, words, origin, font, scale, color, std::max(1, int(height / 9)),
+              cv::LINE_AA);
 }
 
 void
@@ -93,9 +127,9 @@ drawBlot(cv::Mat canvas, cv::RNG& random, cv::Point center, double radius,
          const cv::Scalar& color)
 {
   if (random.uniform(0, 2)) {
-    cv::ellipse(canvas, center,
-                cv::Size(int(radius), int(radius * random.uniform(0.3, 1.0))),
-                random.uniform(0.0, 180.0), 0, 360, color, cv::FILLED, cv::LINE_AA);
+    const cv::Size axes(int(radius), int(radius * random.uniform(0.3, 1.0)));
+    const double angle = random.uniform(0.0, 180.0);
+    cv::ellipse(canvas, center, axes, angle, 0, 360, color, cv::FILLED, cv::LINE_AA);
     return;
   }
   std::vector<cv::Point> corners;
@@ -110,17 +144,36 @@ drawBlot(cv::Mat canvas, cv::RNG& random, cv::Point center, double radius,
   cv::fillConvexPoly(canvas, corners, color, cv::LINE_AA);
 }
 
+/** Blots of radius exp(0.3) to exp(`largest`) anywhere, in darker and lighter kinds of
+ * a colour. */
+void
+scatterBlots(cv::Mat canvas, cv::RNG& random, int count, double largest,
+             const cv::Scalar& color)
+{
+  for (int i = 0; i < count; ++i) {
+    const int x = random.uniform(0, canvas.cols);
+    const int y = random.uniform(0, canvas.rows);
+    const double radius = std::exp(random.uniform(0.3, largest));
+    // The larger, the fainter.
+    const double contrast = 0.5 / (1 + 0.25 * radius);
+    const double brightness = 1 + contrast * random.uniform(-1.0, 0.35);
+    drawBlot(canvas, random, {x, y}, radius, vary(color * brightness, random, 4));
+  }
+}
+
 } // namespace
 
 void
 paintPicture(cv::Mat canvas, cv::RNG& random)
 {
-  cv::Scalar palette[4];
-  for (auto& color : palette)
-    color = randomColor(random);
+  const double hue = random.uniform(0.0, 1.0);
+  const double other_hue = hue + random.uniform(0.08, 0.5);
+  const cv::Scalar palette[] = {
+      shadeOf(hue, random, 110, 190), shadeOf(hue, random, 40, 90),
+      shadeOf(other_hue, random, 140, 220), shadeOf(other_hue, random, 190, 240)};
   canvas.setTo(palette[0]);
   const double largest = 0.3 * std::min(canvas.cols, canvas.rows), smallest = 2.5;
-  // Numbers that fall with the cube of the size make every scale cover the same area.
+  // Many small blots over few large ones: something to see at every scale.
   const int count = std::clamp(int(double(canvas.total()) / 110), 30, 6000);
   for (int i = 0; i < count; ++i) {
     const double part = double(i) / count;
@@ -128,8 +181,8 @@ paintPicture(cv::Mat canvas, cv::RNG& random)
         std::max(smallest, largest * std::pow(1 - part, 4) * random.uniform(0.4, 1.));
     const cv::Point center(random.uniform(0, canvas.cols),
                            random.uniform(0, canvas.rows));
-    drawBlot(canvas, random, center, radius,
-             vary(palette[random.uniform(0, 4)], random, 28));
+    const cv::Scalar color = vary(palette[random.uniform(0, 4)], random, 24);
+    drawBlot(canvas, random, center, radius, color);
   }
   addNoise(canvas, fractalNoise(canvas.size(), random, {32, 32}, 0.8), 6);
   cv::GaussianBlur(canvas, canvas, {}, 0.6);
@@ -138,12 +191,14 @@ paintPicture(cv::Mat canvas, cv::RNG& random)
 void
 paintPoster(cv::Mat canvas, cv::RNG& random)
 {
-  canvas.setTo(random.uniform(0, 2) ? cv::Scalar(40, 45, 50)
-                                    : cv::Scalar(225, 228, 230));
+  const cv::Scalar dark(40, 45, 50), bright(225, 228, 230);
+  canvas.setTo(random.uniform(0, 2) ? dark : bright);
   const int frame = std::max(2, std::min(canvas.cols, canvas.rows) / 18);
   const cv::Rect inside(frame, frame, canvas.cols - 2 * frame, canvas.rows - 2 * frame);
-  if (inside.width < 8 || inside.height < 8)
+  if (std::min(inside.width, inside.height) < 40) { // the edge of a frame
+    canvas.setTo(dark);
     return;
+  }
   cv::Mat picture = canvas(inside);
   paintPicture(picture, random);
   const double height = std::clamp(picture.cols / 14.0, 6.0, 40.0);
@@ -174,10 +229,11 @@ paintPackage(cv::Mat canvas, cv::RNG& random)
       cv::rectangle(canvas, {0, int(y - height)}, {canvas.cols, int(y)},
                     vary(base, random, 60), cv::FILLED);
     else
-      for (int i = 0; i < 6; ++i)
-        drawBlot(canvas, random,
-                 {random.uniform(0, canvas.cols), int(y - 0.5 * height)},
-                 height * random.uniform(0.3, 0.8), randomColor(random));
+      for (int i = 0; i < 6; ++i) {
+        const cv::Point center(random.uniform(0, canvas.cols), int(y - 0.5 * height));
+        const double radius = height * random.uniform(0.3, 0.8);
+        drawBlot(canvas, random, center, radius, randomColor(random));
+      }
   }
   addNoise(canvas, fractalNoise(canvas.size(), random, {64, 64}, 0.8), 5);
   cv::GaussianBlur(canvas, canvas, {}, 0.6);
@@ -204,10 +260,8 @@ paintWood(cv::Mat canvas, cv::RNG& random, const cv::Scalar& color, int board_wi
   }
   addNoise(boards, fractalNoise(boards.size(), random, {96, 6}, 0.8), 11);
   addNoise(boards, fractalNoise(boards.size(), random, {16, 16}, 1.0), 6);
-  for (int i = 0; i < int(boards.total() / 4000); ++i) // knots and dents
-    drawBlot(boards, random, {random.uniform(0, along), random.uniform(0, across)},
-             random.uniform(1.5, 5.5),
-             vary(color * random.uniform(0.35, 1.3), random, 10));
+  scatterBlots(boards, random, int(boards.total() / 1500), 1.7,
+               color); // knots and dents
   cv::GaussianBlur(boards, boards, {}, 0.7);
   if (upright)
     cv::rotate(boards, boards, cv::ROTATE_90_CLOCKWISE);
@@ -219,18 +273,14 @@ paintPlaster(cv::Mat canvas, cv::RNG& random, const cv::Scalar& color, float con
 {
   canvas.setTo(color);
   addNoise(canvas, fractalNoise(canvas.size(), random, {160, 160}, 0.75), 6 * contrast);
-  for (int i = 0; i < int(contrast * float(canvas.total()) / 2500); ++i)
-    drawBlot(canvas, random,
-             {random.uniform(0, canvas.cols), random.uniform(0, canvas.rows)},
-             std::exp(random.uniform(0.5, 2.2)),
-             vary(color * random.uniform(0.75, 1.08), random, 8));
+  scatterBlots(canvas, random, int(contrast * float(canvas.total()) / 500), 2.0, color);
   cv::GaussianBlur(canvas, canvas, {}, 0.8);
 }
 
 void
 paintRug(cv::Mat canvas, cv::RNG& random)
 {
-  const cv::Scalar base(50, 45, 125), light(120, 165, 195), blue(110, 60, 40);
+  const cv::Scalar base(58, 52, 118), light(130, 165, 188), blue(105, 68, 52);
   canvas.setTo(base);
   const int step = std::max(8, std::min(canvas.cols, canvas.rows) / 12);
   for (int y = 0; y < canvas.rows; y += step)
@@ -245,8 +295,8 @@ paintRug(cv::Mat canvas, cv::RNG& random)
                                                 {center.x + r, center.y},
                                                 {center.x, center.y + r}},
                          color, cv::LINE_AA);
-      drawBlot(canvas, random, center, r * random.uniform(0.25, 0.6),
-               vary(base, random, 30));
+      const double radius = r * random.uniform(0.25, 0.6);
+      drawBlot(canvas, random, center, radius, vary(base, random, 30));
     }
   cv::rectangle(canvas, {step / 4, step / 4},
                 {canvas.cols - step / 4, canvas.rows - step / 4}, light,

@@ -81,7 +81,7 @@ Pose
 HandHeldPath::at(double t) const
 {
   const Eigen::Vector3d from = position(t);
-  const Eigen::Vector3d target(wave(8, 0.3, 7.3, t), wave(9, 0.3, 8.7, t),
+  const Eigen::Vector3d target(wave(8, 0.27, 8.3, t), wave(9, 0.22, 9.7, t),
                                0.75 + wave(10, 0.15, 5.3, t));
   const Eigen::Vector3d gaze = target - from;
   const double turn = turnAt(t), outwards = 0.5 - 0.5 * std::cos(turn);

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 namespace bundle_icp {
 namespace simulation {
@@ -21,18 +22,21 @@ toPixel(const Eigen::Array4f& color)
           cv::saturate_cast<uchar>(color[2])};
 }
 
-/** True when a neighbour of the pixel sees another face. */
-bool
-isEdge(const cv::Mat& face, int x, int y)
+/** Not zero for the pixels of a row a neighbour of which sees another face. */
+void
+findEdges(const cv::Mat& face, int y, std::vector<int>& is_edge)
 {
-  const int left = std::max(x - 1, 0), right = std::min(x + 1, face.cols - 1);
-  const int center = face.at<int>(y, x);
-  int differences = 0;
+  const int last = face.cols - 1;
+  const int* row = face.ptr<int>(y);
+  is_edge.assign(std::size_t(face.cols), 0);
   for (const int v : {std::max(y - 1, 0), y, std::min(y + 1, face.rows - 1)}) {
-    const int* row = face.ptr<int>(v);
-    differences |= (row[left] ^ center) | (row[x] ^ center) | (row[right] ^ center);
+    const int* other = face.ptr<int>(v);
+    for (int x = 1; x < last; ++x)
+      is_edge[x] |=
+          (other[x - 1] ^ row[x]) | (other[x] ^ row[x]) | (other[x + 1] ^ row[x]);
+    is_edge[0] |= (other[0] ^ row[0]) | (other[1] ^ row[0]);
+    is_edge[last] |= (other[last] ^ row[last]) | (other[last - 1] ^ row[last]);
   }
-  return differences != 0;
 }
 
 FaceSet
@@ -65,12 +69,14 @@ edgeColor(const View& view, int x, int y, const FaceSet& faces)
     const double u = x + (i % edge_rays + 0.5) / edge_rays - 0.5;
     const double v = y + (i / edge_rays + 0.5) / edge_rays - 0.5;
     const Hit hit = view.cast(u, v, faces);
+    if (hit.face < 0) // a gap between them, too narrow for any central ray
+      continue;
     const auto end = faces.face.begin() + faces.count;
     // A face that no neighbour's centre sees, the side of a thin box, goes into the
     // last part.
     Part& part =
         parts[std::find(faces.face.begin(), end, hit.face) - faces.face.begin()];
-    part = {part.rays + (hit.face >= 0), u, v, hit};
+    part = {part.rays + 1, u, v, hit};
   }
   Eigen::Array4f sum = Eigen::Array4f::Zero();
   int rays = 0;
@@ -111,14 +117,16 @@ renderColor(const Scene& scene, const CameraIntrinsics& camera,
 {
   const View view(scene, camera, world_from_camera);
   cv::Mat color(camera.height, camera.width, CV_8UC3);
-  for (int y = 0; y < camera.height; ++y)
+  std::vector<int> is_edge;
+  for (int y = 0; y < camera.height; ++y) {
+    findEdges(geometry.face, y, is_edge);
     for (int x = 0; x < camera.width; ++x) {
       const Hit hit{geometry.depth.at<float>(y, x), geometry.face.at<int>(y, x)};
       color.at<cv::Vec3b>(y, x) =
-          toPixel(isEdge(geometry.face, x, y)
-                      ? edgeColor(view, x, y, facesAround(geometry.face, x, y))
-                      : view.shade(x, y, hit, 1));
+          toPixel(is_edge[x] ? edgeColor(view, x, y, facesAround(geometry.face, x, y))
+                             : view.shade(x, y, hit, 1));
     }
+  }
   return color;
 }
 

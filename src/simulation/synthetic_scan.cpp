@@ -1,58 +1,99 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#include "simulation/camera_faults.h"
 #include "simulation/path.h"
 #include "simulation/renderer.h"
 #include "simulation/scene.h"
+#include "simulation/visible_surface.h"
 
 #include <bundle_icp/simulation/synthetic_scan.h>
 
 #include <pcl/exceptions.h>
 
 #include <cmath>
+#include <numeric>
 
 namespace bundle_icp {
 
 using simulation::GeometryImage;
 
-SyntheticScanOptions
-SyntheticScanOptions::fullNoise()
-{
-  SyntheticScanOptions options;
-  options.noise_factor = 1;
-  options.quantisation = 0.0028;
-  options.hole_fraction = 0.05;
-  options.flying_pixels = true;
-  options.color_noise = 2;
-  options.blur_fraction = 0.05;
-  options.exposure_change = 0.15;
-  return options;
-}
-
-bool
-SyntheticScanOptions::isValid(std::string* error) const
-{
-  return noise.isValid(error);
-}
-
 struct SyntheticScan::Impl {
-  explicit Impl(const SyntheticScanOptions& scan_options)
-      : options(scan_options), scene(scan_options.seed), path(scan_options.seed)
+  explicit Impl(const SyntheticScanOptions& scan_options);
+
+  /** Time of a frame of the recording on the path [s]. */
+  double
+  timeOf(std::size_t id) const
   {
-    true_camera.width = options.width;
-    true_camera.height = options.height;
-    true_camera.fx = true_camera.fy = options.focal_length;
-    true_camera.cx = 0.5 * (options.width - 1);
-    true_camera.cy = 0.5 * (options.height - 1);
-    camera = true_camera;
-    camera.fx = camera.fy = options.focal_length * (1 + options.focal_error);
+    return double(id) / options.frame_rate;
   }
+
+  /** Mean of what the camera sees while it is shaken. */
+  cv::Mat
+  blurredColor(std::size_t id) const;
+  /** How well each pixel reflects the light of a depth camera, 0 to 1. */
+  cv::Mat
+  reflection(const cv::Mat& color, const Pose& pose,
+             const GeometryImage& geometry) const;
 
   SyntheticScanOptions options;
   simulation::Scene scene;
   simulation::HandHeldPath path;
-  CameraIntrinsics true_camera; ///< by which images are rendered
-  CameraIntrinsics camera;      ///< that is reported
+  CameraIntrinsics true_camera;   ///< by which images are rendered
+  CameraIntrinsics camera;        ///< that is reported
+  std::vector<std::size_t> order; ///< number on the path of the frame at each index
 };
+
+SyntheticScan::Impl::Impl(const SyntheticScanOptions& scan_options)
+    : options(scan_options), scene(scan_options.seed), path(scan_options.seed),
+      true_camera(scan_options.trueCamera()), camera(true_camera),
+      order(scan_options.num_frames)
+{
+  camera.fx = camera.fy = options.focal_length * (1 + options.focal_error);
+  std::iota(order.begin(), order.end(), std::size_t(0));
+  if (!options.unordered)
+    return;
+  for (std::size_t i = order.size(); i > 1; --i) {
+    cv::RNG random = simulation::frameRandom(options.seed, i, 0x0de4);
+    std::swap(order[i - 1], order[std::size_t(random.uniform(0, int(i)))]);
+  }
+}
+
+cv::Mat
+SyntheticScan::Impl::blurredColor(std::size_t id) const
+{
+  const std::vector<Pose> shake = simulation::drawShake(options, id);
+  cv::Mat sum(options.height, options.width, CV_32FC3, cv::Scalar::all(0)), color;
+  for (const Pose& motion : shake) {
+    const Pose pose = path.at(timeOf(id)) * motion;
+    const GeometryImage geometry = simulation::renderGeometry(scene, true_camera, pose);
+    simulation::renderColor(scene, true_camera, pose, geometry)
+        .convertTo(color, CV_32F);
+    sum += color;
+  }
+  sum.convertTo(color, CV_8UC3, 1.0 / double(shake.size()));
+  return color;
+}
+
+cv::Mat
+SyntheticScan::Impl::reflection(const cv::Mat& color, const Pose& pose,
+                                const GeometryImage& geometry) const
+{
+  const cv::Mat normals = simulation::renderNormals(scene, true_camera, pose, geometry);
+  const Eigen::Matrix3f world_from_camera = pose.linear().cast<float>();
+  cv::Mat result(color.size(), CV_32FC1);
+  for (int y = 0; y < color.rows; ++y)
+    for (int x = 0; x < color.cols; ++x) {
+      const cv::Vec3f& n = normals.at<cv::Vec3f>(y, x);
+      const cv::Vec3b& bgr = color.at<cv::Vec3b>(y, x);
+      const Eigen::Vector3f ray =
+          world_from_camera * true_camera.unproject(x, y, 1).cast<float>().normalized();
+      const float cosine = -ray.dot(Eigen::Vector3f(n[0], n[1], n[2]));
+      const float gray = float(bgr[0] + bgr[1] + bgr[2]) / 765;
+      result.at<float>(y, x) =
+          std::min(1.f, 2.5f * cosine) * std::min(1.f, 0.4f + 3 * gray);
+    }
+  return result;
+}
 
 SyntheticScan::SyntheticScan(const SyntheticScanOptions& options)
 {
@@ -85,7 +126,7 @@ SyntheticScan::id(std::size_t index) const
 double
 SyntheticScan::timestamp(std::size_t index) const
 {
-  return double(index) / impl_->options.frame_rate;
+  return impl_->timeOf(index);
 }
 
 std::string
@@ -97,7 +138,29 @@ SyntheticScan::name(std::size_t index) const
 RGBDFrame
 SyntheticScan::read(std::size_t index) const
 {
-  return readExact(index);
+  const SyntheticScanOptions& options = impl_->options;
+  const std::size_t number = impl_->order.at(index);
+  const double time = impl_->timeOf(number);
+  const Pose color_pose = impl_->path.at(time);
+  GeometryImage geometry =
+      simulation::renderGeometry(impl_->scene, impl_->true_camera, color_pose);
+  RGBDFrame frame;
+  frame.id = id(index);
+  frame.timestamp = timestamp(index);
+  frame.color = isBlurred(index)
+                    ? impl_->blurredColor(number)
+                    : simulation::renderColor(impl_->scene, impl_->true_camera,
+                                              color_pose, geometry);
+  const Pose depth_pose = impl_->path.at(time + options.time_offset);
+  if (options.time_offset != 0)
+    geometry = simulation::renderGeometry(impl_->scene, impl_->true_camera, depth_pose);
+  cv::Mat reflection;
+  if (options.hole_fraction > 0)
+    reflection = impl_->reflection(frame.color, depth_pose, geometry);
+  frame.depth = geometry.depth;
+  simulation::spoilDepth(frame.depth, reflection, options, number);
+  simulation::spoilColor(frame.color, options, number, time);
+  return frame;
 }
 
 bool
@@ -124,13 +187,13 @@ SyntheticScan::groundTruth() const
 Pose
 SyntheticScan::worldFromCamera(std::size_t index) const
 {
-  return impl_->path.at(double(index) / impl_->options.frame_rate);
+  return impl_->path.at(impl_->timeOf(impl_->order.at(index)));
 }
 
 bool
-SyntheticScan::isBlurred(std::size_t) const
+SyntheticScan::isBlurred(std::size_t index) const
 {
-  return false;
+  return simulation::drawBlurred(impl_->options, impl_->order.at(index));
 }
 
 RGBDFrame
@@ -158,6 +221,22 @@ double
 SyntheticScan::distanceToSurface(const Eigen::Vector3d& point) const
 {
   return impl_->scene.distanceToSurface(point);
+}
+
+SyntheticScan::SurfaceCloud::Ptr
+SyntheticScan::visibleSurface(double spacing, int num_threads) const
+{
+  if (!std::isfinite(spacing) || spacing < 0.001)
+    throw pcl::BadArgumentException("visible surface: spacing of " +
+                                    std::to_string(spacing) +
+                                    " m, expected at least 0.001 m");
+  const auto step =
+      std::size_t(std::max(1.0, std::round(0.3 * impl_->options.frame_rate)));
+  std::vector<Pose> poses;
+  for (std::size_t number = 0; number < size(); number += step)
+    poses.push_back(impl_->path.at(impl_->timeOf(number)));
+  return simulation::visibleSurface(impl_->scene, impl_->true_camera, poses, spacing,
+                                    num_threads);
 }
 
 } // namespace bundle_icp

@@ -12,23 +12,18 @@ namespace simulation {
 
 Texture::Texture(const cv::Mat& image)
 {
-  cv::Mat current;
+  cv::Mat current, padded;
   cv::cvtColor(image, current, cv::COLOR_BGR2BGRA);
-  for (;;) {
-    Level level;
-    level.width = current.cols;
-    level.height = current.rows;
-    level.scale_u = float(current.cols) / image.cols;
-    level.scale_v = float(current.rows) / image.rows;
-    const auto* texels = current.ptr<std::uint32_t>();
-    level.texels.assign(texels, texels + current.total());
-    levels_.push_back(std::move(level));
-    if (std::min(current.cols, current.rows) < 4)
+  for (float scale = 1;; scale /= 2) {
+    // Halving is exact, and fast, for even sizes.
+    cv::copyMakeBorder(current, padded, 0, current.rows % 2, 0, current.cols % 2,
+                       cv::BORDER_REPLICATE);
+    const auto* texels = padded.ptr<std::uint32_t>();
+    levels_.push_back(
+        {{texels, texels + padded.total()}, padded.cols, padded.rows, scale});
+    if (std::min(padded.cols, padded.rows) < 4)
       break;
-    cv::Mat half;
-    cv::resize(current, half, {current.cols / 2, current.rows / 2}, 0, 0,
-               cv::INTER_AREA);
-    current = half;
+    cv::resize(padded, current, padded.size() / 2, 0, 0, cv::INTER_AREA);
   }
 }
 
@@ -36,9 +31,9 @@ Eigen::Array4f
 Texture::bilinear(const Level& level, const Eigen::Vector2f& uv)
 {
   const float u =
-      std::clamp((uv.x() + 0.5f) * level.scale_u - 0.5f, 0.f, float(level.width - 1));
+      std::clamp((uv.x() + 0.5f) * level.scale - 0.5f, 0.f, float(level.width - 1));
   const float v =
-      std::clamp((uv.y() + 0.5f) * level.scale_v - 0.5f, 0.f, float(level.height - 1));
+      std::clamp((uv.y() + 0.5f) * level.scale - 0.5f, 0.f, float(level.height - 1));
   const int u0 = std::min(int(u), level.width - 2),
             v0 = std::min(int(v), level.height - 2);
   const float a = u - float(u0), b = v - float(v0);
@@ -84,8 +79,7 @@ Texture::sample(const Eigen::Vector2f& uv, const Eigen::Vector2f& dx,
   const float length = axis.norm();
   const float area = std::abs(dx.x() * dy.y() - dx.y() * dy.x());
   const float width = std::max(area / std::max(length, 1e-6f), 0.5f);
-  const int samples =
-      std::clamp(int(std::ceil(length / width - 0.25f)), 1, max_samples);
+  const int samples = std::clamp(int(0.7f * length / width + 0.5f), 1, max_samples);
   // Bilinear interpolation blurs by about half a texel itself, hence the finer level.
   const float lod = std::log2(std::max(width, length / float(samples))) - 0.3f;
   Eigen::Array4f sum = Eigen::Array4f::Zero();

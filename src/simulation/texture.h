@@ -28,7 +28,7 @@ private:
   struct Level {
     std::vector<std::uint32_t> texels; ///< BGRx, 8 bits each
     int width = 0, height = 0;
-    float scale_u = 1, scale_v = 1; ///< texels of this level per texel of the image
+    float scale = 1; ///< texels of this level per texel of the image
   };
 
   static Eigen::Array4f

@@ -33,7 +33,7 @@ struct BUNDLE_ICP_EXPORT SyntheticScanOptions {
    * measured. */
   double noise_factor = 0;
   DepthNoise noise;           ///< standard deviation by distance
-  double quantisation = 0;    ///< depth comes in steps of this x z^2 [1/m], 0 to 1
+  double quantisation = 0;    ///< depth comes in steps of this x z^2 [1/m], 0 to 0.1
   double hole_fraction = 0;   ///< share of pixels without depth, in patches, 0 to 0.95
   bool flying_pixels = false; ///< mixed depth at occlusion edges, two pixels wide
   double color_noise = 0;     ///< standard deviation [grey levels of 255], 0 to 128
@@ -52,6 +52,11 @@ struct BUNDLE_ICP_EXPORT SyntheticScanOptions {
    * blur_fraction 0.05, exposure_change 0.15. */
   static SyntheticScanOptions
   fullNoise();
+
+  /** The camera by which images are rendered; its axis goes through the image's middle.
+   */
+  CameraIntrinsics
+  trueCamera() const;
 
   /** Checks every field against its bounds. */
   bool

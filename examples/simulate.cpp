@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+//
+// Writes a synthetic hand-held scan in TUM format, with exact poses and surface.
+#include "program.h"
+
+#include <bundle_icp/simulation/synthetic_scan.h>
+
+#include <boost/program_options.hpp>
+
+#include <functional>
+#include <iostream>
+#include <optional>
+#include <regex>
+#include <sstream>
+
+namespace po = boost::program_options;
+using namespace bundle_icp;
+
+namespace {
+
+struct Arguments {
+  std::string folder, size = "640x480";
+  SyntheticScanOptions scan;
+  SyntheticScanWriteOptions write;
+  bool is_noisy = false, is_quiet = false;
+};
+
+/** An option with its unit and the default that `target` holds. */
+template <typename T>
+po::typed_value<T>*
+valueOf(T& target, const char* unit)
+{
+  std::ostringstream text;
+  text << target;
+  return po::value(&target)->value_name(unit)->default_value(target, text.str());
+}
+
+/** An option of several faults at once: absent, it leaves `target` as it is. */
+template <typename T>
+po::typed_value<T>*
+faultOf(T& target, const char* unit)
+{
+  return po::value<T>()->value_name(unit)->notifier(
+      [&target](T value) { target = value; });
+}
+
+po::options_description
+describeScan(Arguments& arguments)
+{
+  SyntheticScanOptions& scan = arguments.scan;
+  po::options_description options("Scan");
+  options.add_options()("help,h", "print this text")(
+      "frames", valueOf(scan.num_frames, "N"), "number of frames")(
+      "rate", valueOf(scan.frame_rate, "HZ"),
+      "frames a second of the path; a longer scan goes on through the room")(
+      "size", valueOf(arguments.size, "WxH"), "size of the images [px]")(
+      "focal-length", valueOf(scan.focal_length, "PX"), "true focal length [px]")(
+      "seed", valueOf(scan.seed, "N"), "of textures, path and faults")(
+      "surface-spacing", valueOf(arguments.write.surface_spacing, "M"),
+      "distance of the points in surface.ply [m]; 0 = no such file")(
+      "threads", valueOf(arguments.write.num_threads, "N"), "threads, 0 = all")(
+      "quiet,q", po::bool_switch(&arguments.is_quiet), "no progress");
+  return options;
+}
+
+po::options_description
+describeFaults(Arguments& arguments)
+{
+  SyntheticScanOptions& scan = arguments.scan;
+  po::options_description options(
+      "Faults of the camera; one given by itself takes precedence over --full-noise");
+  options.add_options()("full-noise", po::bool_switch(&arguments.is_noisy),
+                        "those of a common structured-light camera: --noise 1 "
+                        "--quantisation 0.0028 --holes 0.05 --flying-pixels "
+                        "--color-noise 2 --blur 0.05 --exposure-change 0.15")(
+      "noise", faultOf(scan.noise_factor, "FACTOR"),
+      "depth noise, times 0.0012 m + 0.0019 /m (z - 0.4 m)^2; range 0.4 to 5 m; "
+      "default 0")("quantisation", faultOf(scan.quantisation, "STEP"),
+                   "steps of depth, times z^2 [1/m]; default 0")(
+      "holes", faultOf(scan.hole_fraction, "SHARE"),
+      "share of pixels without depth, 0 to 0.95; default 0")(
+      "flying-pixels",
+      po::value<bool>()->implicit_value(true)->zero_tokens()->notifier(
+          [&scan](bool value) { scan.flying_pixels = value; }),
+      "mixed depth at occlusion edges; default off")(
+      "color-noise", faultOf(scan.color_noise, "LEVELS"),
+      "standard deviation of colour [levels of 255]; default 0")(
+      "blur", faultOf(scan.blur_fraction, "SHARE"),
+      "share of frames with motion blur, 0 to 1; default 0")(
+      "exposure-change", faultOf(scan.exposure_change, "SHARE"),
+      "relative amplitude of changes of brightness, 0 to 0.9; default 0")(
+      "depth-bias", faultOf(scan.depth_bias, "BIAS"),
+      "measured depth is z (1 + BIAS z) [1/m]; default 0")(
+      "focal-error", faultOf(scan.focal_error, "SHARE"),
+      "relative error of the focal length in intrinsics.txt; default 0")(
+      "time-offset", faultOf(scan.time_offset, "S"),
+      "depth is taken this much after colour [s]; default 0")(
+      "unordered", po::bool_switch(&scan.unordered),
+      "frames in random order, with stamps that tell nothing");
+  return options;
+}
+
+void
+parseSize(const std::string& text, SyntheticScanOptions& scan)
+{
+  std::smatch match;
+  if (!std::regex_match(text, match, std::regex("([0-9]{1,5})x([0-9]{1,5})")))
+    throw UsageError("--size " + text + ": expected WxH, for example 640x480");
+  scan.width = std::stoi(match[1]);
+  scan.height = std::stoi(match[2]);
+}
+
+/** \return nothing when help was asked for. */
+std::optional<Arguments>
+parse(int argc, char** argv)
+{
+  Arguments arguments;
+  po::options_description visible, all;
+  visible.add(describeScan(arguments)).add(describeFaults(arguments));
+  all.add(visible).add_options()("folder", po::value(&arguments.folder));
+  po::positional_options_description positional;
+  positional.add("folder", 1);
+  po::variables_map values;
+  po::store(
+      po::command_line_parser(argc, argv).options(all).positional(positional).run(),
+      values);
+  if (values.count("help")) {
+    std::cout << "Usage: bundle_icp_simulate OUT [options]\n\n"
+                 "Writes a synthetic hand-held RGB-D scan of a room to the new or "
+                 "empty folder OUT: a recording in\n"
+                 "TUM format with exact poses (groundtruth.txt) and points of the true "
+                 "surface (surface.ply).\n"
+              << visible;
+    return std::nullopt;
+  }
+  // Before the single faults are stored, so that they count.
+  if (values["full-noise"].as<bool>())
+    arguments.scan = SyntheticScanOptions::fullNoise();
+  po::notify(values);
+  if (arguments.folder.empty())
+    throw UsageError("expected a folder OUT");
+  parseSize(arguments.size, arguments.scan);
+  std::string error;
+  if (!arguments.scan.isValid(&error) || !arguments.write.isValid(&error))
+    throw UsageError(error);
+  return arguments;
+}
+
+int
+simulate(int argc, char** argv)
+{
+  const std::optional<Arguments> arguments = parse(argc, argv);
+  if (!arguments)
+    return std::cout.flush() ? 0 : 1;
+  const SyntheticScan scan(arguments->scan);
+  ProgressPrinter progress(arguments->is_quiet);
+  writeSyntheticScan(scan, arguments->folder, arguments->write, std::ref(progress));
+  return 0;
+}
+
+} // namespace
+
+int
+main(int argc, char** argv)
+{
+  return runProgram("bundle_icp_simulate", [&] { return simulate(argc, argv); });
+}

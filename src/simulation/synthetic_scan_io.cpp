@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#include <bundle_icp/io/atomic_file.h>
+#include <bundle_icp/io/trajectory.h>
+#include <bundle_icp/simulation/synthetic_scan.h>
+
+#include <boost/filesystem.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <pcl/exceptions.h>
+#include <pcl/io/ply_io.h>
+
+#include <atomic>
+#include <cstdio>
+#include <exception>
+#include <fstream>
+#include <omp.h>
+
+namespace bundle_icp {
+namespace {
+
+namespace fs = boost::filesystem;
+
+constexpr double depth_scale = 5000; // units a metre, as in TUM's recordings
+
+std::string
+stampOf(const SyntheticScan& scan, std::size_t index)
+{
+  char text[32];
+  std::snprintf(text, sizeof(text), "%.6f", scan.timestamp(index));
+  return text;
+}
+
+void
+writeBytes(const std::string& path, const void* bytes, std::size_t count)
+{
+  std::ofstream file(path, std::ios::binary);
+  file.write(static_cast<const char*>(bytes), std::streamsize(count));
+  file.close();
+  if (!file)
+    throw pcl::IOException("cannot write '" + path + "': disk full or not writable");
+}
+
+void
+writeText(const std::string& path, const std::string& text)
+{
+  writeAtomically(path, [&text](const std::string& temporary) {
+    writeBytes(temporary, text.data(), text.size());
+  });
+}
+
+void
+writeImage(const std::string& path, const cv::Mat& image)
+{
+  std::vector<uchar> bytes;
+  // Level 1: the time goes into compression otherwise, for a few percent of space.
+  cv::imencode(".png", image, bytes, {cv::IMWRITE_PNG_COMPRESSION, 1});
+  writeBytes(path, bytes.data(), bytes.size());
+}
+
+void
+writeFrame(const SyntheticScan& scan, const fs::path& folder, std::size_t index)
+{
+  const RGBDFrame frame = scan.read(index);
+  const std::string file = stampOf(scan, index) + ".png";
+  cv::Mat units;
+  cv::Mat measured = frame.depth.clone();
+  measured.setTo(0, frame.depth != frame.depth); // NaN is written as 0
+  measured.convertTo(units, CV_16UC1, depth_scale);
+  writeImage((folder / "rgb" / file).string(), frame.color);
+  writeImage((folder / "depth" / file).string(), units);
+}
+
+/** Writes frames in parallel. \return false when `progress` asked to stop. */
+bool
+writeFrames(const SyntheticScan& scan, const fs::path& folder, int threads,
+            const ProgressCallback& progress)
+{
+  std::atomic<bool> stop{false}, cancelled{false};
+  std::atomic<std::size_t> done{0};
+  std::exception_ptr failure;
+#pragma omp parallel for num_threads(threads) schedule(dynamic, 1)
+  for (std::int64_t i = 0; i < std::int64_t(scan.size()); ++i) {
+    if (stop)
+      continue;
+    try {
+      writeFrame(scan, folder, std::size_t(i));
+      ++done;
+      // Thread 0 is the one that made the call.
+      if (omp_get_thread_num() == 0 && progress &&
+          !progress({"frames", done, scan.size()}))
+        stop = cancelled = true;
+    }
+    catch (...) {
+#pragma omp critical(bundle_icp_write_frames)
+      failure = std::current_exception();
+      stop = true;
+    }
+  }
+  if (failure)
+    std::rethrow_exception(failure);
+  return !cancelled && (!progress || progress({"frames", done, scan.size()}));
+}
+
+void
+writeSurface(const SyntheticScan& scan, const fs::path& path, double spacing,
+             int threads)
+{
+  const auto surface = scan.visibleSurface(spacing, threads);
+  writeAtomically(path.string(), [&surface](const std::string& temporary) {
+    if (pcl::PLYWriter().write(temporary, *surface, true, false) < 0)
+      throw pcl::IOException("cannot write '" + temporary + "'");
+  });
+}
+
+void
+writeLists(const SyntheticScan& scan, const fs::path& folder)
+{
+  for (const std::string kind : {"rgb", "depth"}) {
+    std::string text = "# synthetic scan: timestamp [s], file\n";
+    for (std::size_t i = 0; i < scan.size(); ++i)
+      text += stampOf(scan, i) + " " + kind + "/" + stampOf(scan, i) + ".png\n";
+    writeText((folder / (kind + ".txt")).string(), text);
+  }
+  const CameraIntrinsics& camera = scan.camera();
+  char text[160];
+  std::snprintf(text, sizeof(text), "%.9g %.9g %.9g %.9g\ndepth_scale %g\n", camera.fx,
+                camera.fy, camera.cx, camera.cy, depth_scale);
+  writeText((folder / "intrinsics.txt").string(), text);
+  writeTrajectory((folder / "groundtruth.txt").string(), scan.groundTruth());
+}
+
+void
+prepareFolder(const fs::path& folder)
+{
+  boost::system::error_code error;
+  if (fs::exists(folder, error)) {
+    if (!fs::is_directory(folder, error))
+      throw pcl::IOException("'" + folder.string() + "' exists and is not a folder");
+    const bool is_empty = fs::is_empty(folder, error);
+    if (error)
+      throw pcl::IOException("cannot read folder '" + folder.string() +
+                             "': " + error.message());
+    if (!is_empty)
+      throw pcl::IOException("folder '" + folder.string() +
+                             "' is not empty; nothing was written");
+  }
+  for (const char* part : {"rgb", "depth"})
+    if (!fs::create_directories(folder / part, error) && error)
+      throw pcl::IOException("cannot create folder '" + (folder / part).string() +
+                             "': " + error.message());
+}
+
+} // namespace
+
+void
+writeSyntheticScan(const SyntheticScan& scan, const std::string& folder,
+                   const SyntheticScanWriteOptions& options,
+                   const ProgressCallback& progress)
+{
+  std::string error;
+  if (!options.isValid(&error))
+    throw pcl::BadArgumentException("writing a synthetic scan: " + error);
+  prepareFolder(folder);
+  const int threads =
+      options.num_threads > 0 ? options.num_threads : omp_get_max_threads();
+  if (!writeFrames(scan, folder, threads, progress))
+    return;
+  if (options.surface_spacing > 0) {
+    if (progress && !progress({"surface", 0, 1}))
+      return;
+    writeSurface(scan, fs::path(folder) / "surface.ply", options.surface_spacing,
+                 threads);
+    if (progress && !progress({"surface", 1, 1}))
+      return;
+  }
+  writeLists(scan, folder);
+}
+
+} // namespace bundle_icp

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#include <bundle_icp/simulation/synthetic_scan.h>
+
+#include <cmath>
+#include <sstream>
+
+namespace bundle_icp {
+namespace {
+
+struct Bound {
+  const char* name;
+  double value, least, most;
+};
+
+template <std::size_t N>
+bool
+areWithin(const Bound (&bounds)[N], std::string* error)
+{
+  for (const Bound& bound : bounds) {
+    if (std::isfinite(bound.value) && bound.value >= bound.least &&
+        bound.value <= bound.most)
+      continue;
+    if (error) {
+      std::ostringstream message;
+      message << bound.name << " is " << bound.value << ", expected " << bound.least
+              << " to " << bound.most;
+      *error = message.str();
+    }
+    return false;
+  }
+  return true;
+}
+
+} // namespace
+
+SyntheticScanOptions
+SyntheticScanOptions::fullNoise()
+{
+  SyntheticScanOptions options;
+  options.noise_factor = 1;
+  options.quantisation = 0.0028;
+  options.hole_fraction = 0.05;
+  options.flying_pixels = true;
+  options.color_noise = 2;
+  options.blur_fraction = 0.05;
+  options.exposure_change = 0.15;
+  return options;
+}
+
+bool
+SyntheticScanOptions::isValid(std::string* error) const
+{
+  const Bound bounds[] = {
+      {"num_frames", double(num_frames), 1, 1e6},
+      {"frame_rate [Hz]", frame_rate, 0.1, 1000},
+      {"width [px]", double(width), 16, 8192},
+      {"height [px]", double(height), 16, 8192},
+      {"noise_factor", noise_factor, 0, 100},
+      {"quantisation [1/m]", quantisation, 0, 0.1},
+      {"hole_fraction", hole_fraction, 0, 0.95},
+      {"color_noise", color_noise, 0, 128},
+      {"blur_fraction", blur_fraction, 0, 1},
+      {"exposure_change", exposure_change, 0, 0.9},
+      {"depth_bias [1/m]", depth_bias, -0.1, 0.1},
+      {"focal_error", focal_error, -0.5, 0.5},
+      {"time_offset [s]", time_offset, -1, 1},
+  };
+  return areWithin(bounds, error) && noise.isValid(error) &&
+         trueCamera().isValid(error);
+}
+
+CameraIntrinsics
+SyntheticScanOptions::trueCamera() const
+{
+  CameraIntrinsics camera;
+  camera.width = width;
+  camera.height = height;
+  camera.fx = camera.fy = focal_length;
+  camera.cx = 0.5 * (width - 1);
+  camera.cy = 0.5 * (height - 1);
+  return camera;
+}
+
+bool
+SyntheticScanWriteOptions::isValid(std::string* error) const
+{
+  const Bound bounds[] = {
+      {"num_threads", double(num_threads), 0, 1024},
+      // 0 means no surface
+      {"surface_spacing [m]", surface_spacing == 0 ? 1 : surface_spacing, 0.001, 1}};
+  return areWithin(bounds, error);
+}
+
+} // namespace bundle_icp
