@@ -1,26 +1,254 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 //
-// From a recording to poses, a sparse model and a mesh.
+// From a recording to camera poses, a sparse model and a coloured mesh.
+#include "program.h"
+
+#include <bundle_icp/io/rgbd_dataset.h>
 #include <bundle_icp/reconstruction.h>
-#include <cstdio>
-#include <cstdlib>
+
+#include <boost/filesystem.hpp>
+#include <boost/program_options.hpp>
+#include <pcl/exceptions.h>
+
+#include <fstream>
+#include <functional>
+#include <iostream>
+#include <map>
+#include <optional>
+#include <sstream>
+
+namespace fs = boost::filesystem;
+namespace po = boost::program_options;
 using namespace bundle_icp;
-int main(int argc, char** argv)
+
+namespace {
+
+struct Arguments {
+  std::string scan, output, method = "bundle_icp", device = "auto";
+  DatasetOptions dataset;
+  ReconstructionOptions reconstruction;
+  bool is_quiet = false;
+};
+
+Eigen::AlignedBox3d
+parseRegion(const std::string& text)
 {
-  auto env=[](const char*n,double d){const char*v=getenv(n);return v?atof(v):d;};
-  DatasetOptions d; d.stride=argc>3?atoi(argv[3]):1; if(getenv("SHUF")) d.shuffle_seed=atoi(getenv("SHUF"));
-  d.undistort_depth=env("UNDIST",1)>0;
-  auto ds=openDataset(argv[1],d);
-  ReconstructionOptions o; o.make_mesh=getenv("MESH")!=nullptr;
-  o.mapper.num_dense_neighbours=env("DN",4); o.num_threads=env("NT",0); o.mapper.dense_weight=env("DW",0.1);
-  o.features.max_features=env("NF",o.features.max_features); o.graph.key_similarity=env("KS",o.graph.key_similarity);
-  o.graph.exhaustive_limit=env("EX",300);
-  auto r=reconstruct(*ds,o,[](const Progress&){return true;});
-  writeReconstruction(argv[2],*ds,o,r);
-  int reg=0,keys=0; for(auto&f:r.frames){ reg+=f.registered; if(!f.registered) fprintf(stderr,"%s: %s\n",f.name.c_str(),f.reason.c_str()); }
-  for(size_t i=0;i<r.graph->size();i++) keys+=r.graph->isKey(i);
-  printf("%d of %zu, keys %d, edges %zu, comps %zu\n",reg,r.frames.size(),keys,r.graph->numEdges(),r.component_sizes.size());
-  for(auto&[n,s]:r.timing_s) printf("%s %.1f  ",n.c_str(),s);
-  printf(" peak %.2f GB\n",r.peak_memory_bytes/1e9);
+  std::istringstream stream(text);
+  Eigen::Matrix<double, 6, 1> v;
+  char comma = ',';
+  for (int i = 0; i < 6; ++i)
+    if ((i > 0 && !(stream >> comma)) || comma != ',' || !(stream >> v[i]))
+      throw UsageError("--roi " + text + ": expected x0,y0,z0,x1,y1,z1");
+  const Eigen::AlignedBox3d box(v.head<3>(), v.tail<3>());
+  if (stream.peek() != EOF || box.isEmpty())
+    throw UsageError("--roi " + text + ": expected x0,y0,z0,x1,y1,z1 with x0 < x1 and so on");
+  return box;
+}
+
+po::options_description
+describe(Arguments& arguments)
+{
+  ReconstructionOptions& options = arguments.reconstruction;
+  DatasetOptions& dataset = arguments.dataset;
+  po::options_description input("Recording");
+  input.add_options()("intrinsics",
+                      po::value<std::string>()->value_name("FX,FY,CX,CY[,K1,K2,P1,P2,K3]"),
+                      "of the recorded images [px], instead of those of the format")(
+      "depth-scale",
+      po::value<double>()->value_name("UNITS"),
+      "units of the depth images per metre; default: that of the format (TUM 5000, 7-Scenes "
+      "and Open3D 1000)")(
+      "stride",
+      po::value(&dataset.stride)->value_name("N")->default_value(1),
+      "take every N-th frame")(
+      "max-frames",
+      po::value(&dataset.max_frames)->value_name("N")->default_value(0),
+      "take at most N frames, 0 = all")(
+      "shuffle",
+      po::value<std::uint64_t>()->value_name("SEED"),
+      "take the frames in random order and make no use of their time stamps");
+  po::options_description run("Reconstruction");
+  run.add_options()("output,o",
+                    po::value(&arguments.output)->value_name("OUT"),
+                    "folder for the results, made if needed (required)")(
+      "voxel-size",
+      po::value(&options.volume.voxel_size)->value_name("M")->default_value(0.005, "0.005"),
+      "edge of a voxel of the surface [m]")(
+      "truncation",
+      po::value<double>()->value_name("M"),
+      "truncation of the signed distance [m]; default: 8 voxels")(
+      "roi",
+      po::value<std::string>()->value_name("X0,Y0,Z0,X1,Y1,Z1"),
+      "box to which the surface is limited [m], in the camera frame of the earliest frame; "
+      "default: everything")("no-mesh", "poses and sparse model only")(
+      "method",
+      po::value(&arguments.method)->value_name("NAME")->default_value("bundle_icp"),
+      "how poses are estimated: bundle_icp")(
+      "max-features",
+      po::value(&options.features.max_features)
+          ->value_name("N")
+          ->default_value(options.features.max_features),
+      "SIFT features per frame")(
+      "threads", po::value(&options.num_threads)->value_name("N")->default_value(0), "0 = all")(
+      "device",
+      po::value(&arguments.device)->value_name("NAME")->default_value("auto"),
+      "where to compute: cpu, or auto, which is the same for now")(
+      "quiet,q", po::bool_switch(&arguments.is_quiet), "no progress")("help,h",
+                                                                     "print this text");
+  return po::options_description().add(input).add(run);
+}
+
+void
+printHelp(const po::options_description& visible)
+{
+  std::cout
+      << "Usage: bundle_icp_reconstruct SCAN -o OUT [options]\n\n"
+         "Turns a recording of a hand-held RGB-D camera into OUT/trajectory.txt (camera poses, TUM\n"
+         "format, metres), OUT/sparse.ply (points), OUT/mesh.ply (coloured surface), OUT/report.json\n"
+         "(what became of each frame) and the pictures OUT/mesh.png and OUT/trajectory.png.\n"
+         "SCAN is a folder in the layout of TUM RGB-D, 7-Scenes or 3DMatch, or Open3D. The world\n"
+         "frame is the camera frame of the earliest registered frame: x right, y down, z forward.\n"
+      << visible;
+}
+
+void
+applyValues(const po::variables_map& values, Arguments& arguments)
+{
+  TSDFOptions& volume = arguments.reconstruction.volume;
+  volume.truncation = values.count("truncation") ? values["truncation"].as<double>()
+                                                 : 8 * volume.voxel_size;
+  arguments.reconstruction.make_mesh = !values.count("no-mesh");
+  if (values.count("roi"))
+    volume.region = parseRegion(values["roi"].as<std::string>());
+  if (values.count("intrinsics")) {
+    try {
+      arguments.dataset.intrinsics = parseIntrinsics(values["intrinsics"].as<std::string>());
+    }
+    catch (const pcl::BadArgumentException& error) {
+      throw UsageError(error.what());
+    }
+  }
+  if (values.count("depth-scale"))
+    arguments.dataset.depth_scale = values["depth-scale"].as<double>();
+  if (values.count("shuffle"))
+    arguments.dataset.shuffle_seed = values["shuffle"].as<std::uint64_t>();
+  if (arguments.method != "bundle_icp")
+    throw UsageError("--method " + arguments.method + ": known is bundle_icp");
+  if (arguments.device != "cpu" && arguments.device != "auto")
+    throw UsageError("--device " + arguments.device + ": known are cpu and auto");
+  std::string error;
+  if (!arguments.dataset.isValid(&error) || !arguments.reconstruction.isValid(&error))
+    throw UsageError(error);
+}
+
+/** \return nothing when help was asked for. */
+std::optional<Arguments>
+parse(int argc, char** argv)
+{
+  Arguments arguments;
+  const po::options_description visible = describe(arguments);
+  po::options_description all;
+  all.add(visible).add_options()("scan", po::value(&arguments.scan));
+  po::positional_options_description positional;
+  positional.add("scan", 1);
+  po::variables_map values;
+  po::store(po::command_line_parser(argc, argv).options(all).positional(positional).run(),
+            values);
+  if (values.count("help")) {
+    printHelp(visible);
+    return std::nullopt;
+  }
+  po::notify(values);
+  if (arguments.scan.empty() || arguments.output.empty())
+    throw UsageError("expected SCAN -o OUT");
+  applyValues(values, arguments);
+  return arguments;
+}
+
+/** Minutes of work should not end at a folder that cannot be written. */
+void
+checkWritable(const std::string& folder)
+{
+  boost::system::error_code error;
+  fs::create_directories(folder, error);
+  if (error || !fs::is_directory(folder))
+    throw pcl::IOException(folder + ": cannot be made a folder" +
+                           (error ? ": " + error.message() : ""));
+  const fs::path probe = fs::path(folder) / fs::unique_path(".bundle_icp_%%%%%%%%");
+  const bool is_writable = bool(std::ofstream(probe.string()) << ' ' << std::flush);
+  fs::remove(probe, error);
+  if (!is_writable)
+    throw pcl::IOException(folder + ": cannot be written");
+}
+
+/** The reasons of unregistered frames; frames with the same reason share a line. */
+void
+printReasons(const ReconstructionResult& result)
+{
+  std::map<std::string, std::vector<std::string>> frames_of;
+  for (const FrameReport& frame : result.frames)
+    if (!frame.registered)
+      frames_of[frame.reason].push_back(frame.name);
+  for (const auto& [reason, frames] : frames_of) {
+    std::string names;
+    for (std::size_t i = 0; i < frames.size() && i < 3; ++i)
+      names += (i ? ", " : "") + frames[i];
+    if (frames.size() > 3)
+      names += " and " + std::to_string(frames.size() - 3) + " more";
+    std::cerr << names << ": " << reason << "\n";
+  }
+}
+
+void
+printSummary(const Arguments& arguments, const RGBDDataset& dataset, const ReconstructionResult& result)
+{
+  if (!dataset.skipped().empty())
+    std::cerr << dataset.skipped().size() << " files of the recording are missing or have no "
+              << "partner, for example " << dataset.skipped().front().file << ": "
+              << dataset.skipped().front().reason << "\n";
+  printReasons(result);
+  std::cout << result.component_sizes.front() << " of " << result.frames.size()
+            << " frames have a pose in one world";
+  for (std::size_t c = 1; c < result.component_sizes.size(); ++c)
+    std::cout << (c == 1 ? "; not connected to it: " : ", ") << result.component_sizes[c];
+  std::cout << "\n";
+  double total = 0;
+  for (const auto& [stage, seconds] : result.timing_s) {
+    std::cout << stage << " " << std::round(10 * seconds) / 10 << " s, ";
+    total += seconds;
+  }
+  std::cout << "together " << std::round(10 * total) / 10 << " s; peak memory "
+            << result.peak_memory_bytes / 1000000 << " MB\n";
+  std::cout << "Results are in " << arguments.output << "\n";
+}
+
+int
+runReconstruction(int argc, char** argv)
+{
+  const std::optional<Arguments> arguments = parse(argc, argv);
+  if (!arguments)
+    return 0;
+  const RGBDDataset::Ptr dataset = openDataset(arguments->scan, arguments->dataset);
+  checkWritable(arguments->output);
+  ReconstructionResult result;
+  {
+    ProgressPrinter progress(arguments->is_quiet);
+    result = reconstruct(*dataset, arguments->reconstruction, std::ref(progress));
+  }
+  if (result.status == ReconstructionStatus::NOTHING_REGISTERED) {
+    printReasons(result);
+    throw pcl::PCLException(arguments->scan + ": no two frames could be connected");
+  }
+  writeReconstruction(arguments->output, *dataset, arguments->reconstruction, result);
+  printSummary(*arguments, *dataset, result);
+  return std::cout.flush() ? 0 : 1;
+}
+
+} // namespace
+
+int
+main(int argc, char** argv)
+{
+  return runProgram("bundle_icp_reconstruct", [&] { return runReconstruction(argc, argv); });
 }

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include <bundle_icp/io/atomic_file.h>
+#include <bundle_icp/io/mesh_io.h>
 #include <bundle_icp/reconstruction.h>
 #include <bundle_icp/sparse/sparse_model_io.h>
+#include <bundle_icp/surface/preview.h>
 #include <bundle_icp/version.h>
 
 #include <boost/filesystem.hpp>
 #include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
 #include <pcl/exceptions.h>
 
 #include <fstream>
@@ -102,6 +105,45 @@ writeText(const std::string& path, const std::string& text)
   });
 }
 
+void
+writeImage(const std::string& path, const cv::Mat& image)
+{
+  writeAtomically(path, [&](const std::string& temporary) {
+    if (!cv::imwrite(temporary, image))
+      throw pcl::IOException(path + ": cannot be written");
+  });
+}
+
+/** Camera of the preview pictures. */
+CameraIntrinsics
+previewCamera()
+{
+  CameraIntrinsics camera;
+  camera.width = 1280;
+  camera.height = 960;
+  camera.fx = camera.fy = 1050;
+  camera.cx = 639.5;
+  camera.cy = 479.5;
+  return camera;
+}
+
+/** The scan at a glance, for people without a mesh viewer at hand. */
+void
+writePreviews(const std::string& prefix, const ReconstructionResult& result)
+{
+  std::vector<Pose> poses;
+  for (const TimedPose& pose : result.trajectory())
+    poses.push_back(pose.world_from_camera);
+  writeImage(prefix + "trajectory.png", renderTrajectoryPreview(poses));
+  if (result.mesh.polygons.empty())
+    return;
+  writeMesh(prefix + "mesh.ply", result.mesh);
+  const CameraIntrinsics camera = previewCamera();
+  writeImage(
+      prefix + "mesh.png",
+      renderMeshPreview(result.mesh, camera, choosePreviewPose(result.mesh, camera, poses)));
+}
+
 } // namespace
 
 void
@@ -121,6 +163,7 @@ writeReconstruction(const std::string& folder,
     return;
   writeTrajectory(prefix + "trajectory.txt", result.trajectory());
   writeSparseModel(prefix + "sparse.ply", *result.graph, result.model);
+  writePreviews(prefix, result);
 }
 
 } // namespace bundle_icp
