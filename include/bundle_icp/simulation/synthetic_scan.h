@@ -17,8 +17,8 @@
 namespace bundle_icp {
 
 /** What a synthetic scan shows and which faults its camera has. With the defaults
- * everything is exact. Every fault depends on the seed and the frame alone, not on the
- * order of reading. */
+ *  everything is exact. Every fault depends on the seed and the frame alone, not on the
+ *  order of reading. */
 struct BUNDLE_ICP_EXPORT SyntheticScanOptions {
   std::size_t num_frames = 60; ///< 1 to 1,000,000
   double frame_rate = 10; ///< [Hz], 0.1 to 1000; a longer scan goes on along the path
@@ -29,8 +29,7 @@ struct BUNDLE_ICP_EXPORT SyntheticScanOptions {
 
   // Faults of the camera, all off.
   /** Depth noise: a multiple of `noise`, 0 to 100, half of its variance shared by
-   * neighbouring pixels. Above 0, nothing nearer than 0.4 m or farther than 5 m is
-   * measured. */
+   *  neighbouring pixels. Above 0, only depth from 0.4 to 5 m is measured. */
   double noise_factor = 0;
   DepthNoise noise;           ///< standard deviation by distance
   double quantisation = 0;    ///< depth comes in steps of this x z^2 [1/m], 0 to 0.1
@@ -38,23 +37,19 @@ struct BUNDLE_ICP_EXPORT SyntheticScanOptions {
   bool flying_pixels = false; ///< mixed depth at occlusion edges, two pixels wide
   double color_noise = 0;     ///< standard deviation [grey levels of 255], 0 to 128
   double blur_fraction = 0;   ///< probability of motion blur of a frame, 0 to 1
-  double exposure_change =
-      0; ///< relative amplitude of a slow change of brightness, 0 to 0.9
-  double depth_bias = 0;  ///< measured = z (1 + depth_bias z) [1/m], -0.1 to 0.1
+  double exposure_change = 0; ///< relative change of brightness, slow, 0 to 0.9
+  double depth_bias = 0;      ///< measured = z (1 + depth_bias z) [1/m], -0.1 to 0.1
   double focal_error = 0; ///< camera() reports focal_length (1 + focal_error), +-0.5
   double time_offset = 0; ///< depth is taken this much after colour [s], -1 to 1
-  /** Frames come in random order; time stamps follow that order, so they tell nothing.
-   */
-  bool unordered = false;
+  bool unordered = false; ///< random order, with stamps that follow it and tell nothing
 
   /** The faults of a common structured-light camera at once: noise_factor 1,
-   * quantisation 0.0028, hole_fraction 0.05, flying pixels, color_noise 2,
-   * blur_fraction 0.05, exposure_change 0.15. */
+   *  quantisation 0.0028, hole_fraction 0.05, flying pixels, color_noise 2,
+   *  blur_fraction 0.05, exposure_change 0.15. */
   static SyntheticScanOptions
   fullNoise();
 
-  /** The camera by which images are rendered; its axis goes through the image's middle.
-   */
+  /** The camera by which images are rendered; its axis is in the image's middle. */
   CameraIntrinsics
   trueCamera() const;
 
@@ -64,12 +59,13 @@ struct BUNDLE_ICP_EXPORT SyntheticScanOptions {
 };
 
 /** A textured room of 4 x 5 x 3 m with furniture and things, seen along a hand-held
- * path: a dataset whose poses and surface are exactly known. Frames are rendered on
- * demand, by ray casting of analytic solids. World frame: z up, floor at z = 0, metres.
+ *  path: a dataset whose poses and surface are exactly known. Frames are rendered on
+ *  demand, by ray casting of analytic solids. World frame: z up, floor at z = 0,
+ * metres.
  *
  *  The path goes to and fro around a table at 0.1 to 0.4 m/s, turning by 10 to 30
- * degrees a second. For 55 s it looks at the table, then outwards for one tour along
- * the walls, and so on. */
+ *  degrees a second. For 55 s it looks at the table, then outwards for one tour along
+ *  the walls, and so on. */
 class BUNDLE_ICP_EXPORT SyntheticScan : public RGBDDataset {
 public:
   using SurfaceCloud = pcl::PointCloud<pcl::PointNormal>;
@@ -118,9 +114,10 @@ public:
   distanceToSurface(const Eigen::Vector3d& point) const;
 
   /** Points of the true surface that the frames see, with normals towards free space,
-   * about one in each voxel of edge `spacing` [m]. Frames are looked at every 0.3 s of
-   * the path. \param[in] num_threads 0 = all; the result does not depend on it \throws
-   * pcl::BadArgumentException when spacing is below 1 mm or not finite. */
+   *  about one in each voxel of edge `spacing` [m]; looks at frames 0.3 s apart.
+   *
+   *  \param[in] num_threads 0 = all; the result does not depend on it
+   *  \throws pcl::BadArgumentException when spacing is below 1 mm or not finite. */
   SurfaceCloud::Ptr
   visibleSurface(double spacing = 0.005, int num_threads = 0) const;
 
@@ -131,8 +128,8 @@ private:
 
 /** How writeSyntheticScan() works. */
 struct BUNDLE_ICP_EXPORT SyntheticScanWriteOptions {
-  double surface_spacing =
-      0.005;           ///< of the points in surface.ply [m]; 0 = no such file
+  /** Of the points in surface.ply [m], 0.001 to 1; 0 = no such file. */
+  double surface_spacing = 0.005;
   int num_threads = 0; ///< 0 = all
 
   bool
@@ -140,10 +137,12 @@ struct BUNDLE_ICP_EXPORT SyntheticScanWriteOptions {
 };
 
 /** Writes the scan as a TUM RGB-D folder: `rgb/`, `depth/` (16 bit, 5000 units a
- * metre), `rgb.txt`, `depth.txt`, `groundtruth.txt` at the stamps of colour,
- * `intrinsics.txt` (`fx fy cx cy`, then `depth_scale 5000`), and `surface.ply`, the
- * binary visibleSurface(). Frames are rendered in parallel; the lists are written last,
- * so that a folder with lists is whole. \param[in] folder must not exist or be empty
+ *  metre), `rgb.txt`, `depth.txt`, `groundtruth.txt` at the stamps of colour,
+ *  `intrinsics.txt`
+ *  (`fx fy cx cy`, then `depth_scale 5000`), and `surface.ply`, the visibleSurface().
+ *  The lists are written last, so that a folder with lists is whole.
+ *
+ *  \param[in] folder must not exist or be empty
  *  \throws pcl::IOException naming file and reason; what existed before is not touched.
  *  \throws pcl::BadArgumentException for invalid options. */
 BUNDLE_ICP_EXPORT void
