@@ -2,6 +2,8 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "sparse/frame_registration.h"
 
+#include "sparse/pose_adjustment.h"
+
 #include <algorithm>
 #include <set>
 
@@ -39,7 +41,8 @@ FrameRegistrar::registeredNeighbours(const SparseModel& model,
 VisualCorrespondences
 FrameRegistrar::findCorrespondences(const SparseModel& model,
                                     std::size_t image,
-                                    const std::vector<Neighbour>& neighbours) const
+                                    const std::vector<Neighbour>& neighbours,
+                                    std::vector<int>& own_features) const
 {
   VisualCorrespondences visual;
   const CameraIntrinsics& camera = graph_.camera();
@@ -63,6 +66,7 @@ FrameRegistrar::findCorrespondences(const SparseModel& model,
       double other_variance = pointVariance(others, other, camera);
       if (point >= 0) // the mean of a track is better than one measurement
         other_variance /= double(model.points()[point].track.size());
+      own_features.push_back(own);
       visual.source.push_back(pointInCamera(features, own, camera));
       visual.target.push_back(point >= 0 ? model.points()[point].position
                                          : measuredPoint(graph_, model, {edge.neighbour, other}));
@@ -122,7 +126,8 @@ FrameRegistrar::registerFrame(const SparseModel& model,
   ImageRegistration& report = registration.report;
   const std::vector<Neighbour> neighbours = registeredNeighbours(model, image, component);
   // Algorithm 1, lines 1 and 2: initial pose over all registered neighbours
-  const VisualCorrespondences visual = findCorrespondences(model, image, neighbours);
+  std::vector<int> features;
+  const VisualCorrespondences visual = findCorrespondences(model, image, neighbours, features);
   report.matches = visual.source.size();
   const std::optional<VisualPose> initial = estimateVisualPose(visual);
   if (!initial || initial->inliers < options_.min_visual_inliers) {
@@ -139,7 +144,16 @@ FrameRegistrar::registerFrame(const SparseModel& model,
   report.registered = true;
   report.inliers = alignment.result.visual_inliers;
   report.icp_rmse = alignment.result.rmse;
-  registration.world_from_camera = alignment.world_from_source;
+  std::vector<PointObservation> observations;
+  for (std::size_t k = 0; k < features.size(); ++k)
+    observations.push_back({features[k], visual.target[k]});
+  registration.world_from_camera = adjustPose(
+      graph_.features(image),
+      graph_.camera(),
+      observations,
+      {alignment.world_from_source, options_.dense_weight * alignment.result.information},
+      options_.adjustment,
+      alignment.world_from_source);
   return registration;
 }
 

@@ -55,10 +55,12 @@ public:
   registeredNeighbours(const SparseModel& model, std::size_t image, int component) const;
 
 private:
+  /** Algorithm 1, line 1; `features` are the image's own features of the correspondences. */
   VisualCorrespondences
   findCorrespondences(const SparseModel& model,
                       std::size_t image,
-                      const std::vector<Neighbour>& neighbours) const;
+                      const std::vector<Neighbour>& neighbours,
+                      std::vector<int>& features) const;
 
   Alignment
   alignToVirtualDepth(const SparseModel& model,

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#pragma once
+
+#include <bundle_icp/graph/features.h>
+#include <bundle_icp/sparse/bundle_adjustment.h>
+
+#include <vector>
+
+namespace bundle_icp {
+
+/** A feature of an image and the point of the model that it sees. */
+struct PointObservation {
+  int feature = 0;
+  Eigen::Vector3d point; ///< [m], world frame
+};
+
+/** What dense registration says of the pose: the quadratic form of increment(delta) *
+ *  world_from_camera around its own optimum. */
+struct DensePose {
+  Pose world_from_camera = Pose::Identity();
+  Matrix6d information = Matrix6d::Zero();
+};
+
+/** The pose of one image given the points that it sees: the same residuals and loss as
+ *  adjustBundle(), with points held, by Gauss-Newton. Isotropic 3D-3D distances, as in
+ *  Algorithm 1, line 2, give away that pixels are known far better than depth. */
+Pose
+adjustPose(const Features& features,
+           const CameraIntrinsics& camera,
+           const std::vector<PointObservation>& observations,
+           const DensePose& dense,
+           const BundleAdjustmentOptions& options,
+           const Pose& world_from_camera);
+
+} // namespace bundle_icp
