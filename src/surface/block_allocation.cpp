@@ -137,7 +137,7 @@ class VisibilityTest {
 public:
   VisibilityTest(const DepthSamples& samples, const TSDFOptions& options)
       : samples_(samples),
-        radius_(options.voxel_size * block_edge * 0.5 * std::sqrt(3.0)),
+        radius_(options.voxel_size * (block_edge - 1) * 0.5 * std::sqrt(3.0)),
         near_(options.min_depth), truncation_(options.truncation)
   {
   }
@@ -223,7 +223,8 @@ findVisibleBlocks(const VoxelBlockMap& blocks, const DepthSamples& samples,
 {
   const VisibilityTest isVisible(samples, options);
   const double block_size = options.voxel_size * block_edge;
-  const Eigen::Vector3d half = Eigen::Vector3d::Constant(0.5 * block_size);
+  const Eigen::Vector3d half =
+      Eigen::Vector3d::Constant(0.5 * (block_edge - 1) * options.voxel_size);
   std::vector<std::uint8_t> visible(blocks.size());
 #pragma omp parallel for num_threads(num_threads)
   for (std::size_t i = 0; i < blocks.size(); ++i) {

@@ -4,6 +4,9 @@
 
 #include <cstdint>
 #include <cstring>
+#ifdef __SSE__
+#include <xmmintrin.h>
+#endif
 
 /** Compiles a function for several instruction sets and picks one when the library is
  * loaded, where the compiler can. */
@@ -71,6 +74,25 @@ magnitude(Floats values)
   return larger(values, -values);
 }
 
+/** first = from[index], second = from[index + 1]: half the loads of two gathers. */
+template <typename Vector, typename Scalar>
+BUNDLE_ICP_INLINE void
+gatherPairs(const Scalar* from, Ints index, Vector& first, Vector& second)
+{
+  static_assert(sizeof(Scalar) == 4);
+  using Pairs = std::int64_t __attribute__((vector_size(4 * lanes)));
+  const auto pair = [from](std::int32_t i) {
+    std::int64_t both;
+    std::memcpy(&both, from + i, sizeof(both));
+    return both;
+  };
+  const Pairs low = {pair(index[0]), pair(index[1]), pair(index[2]), pair(index[3])};
+  const Pairs high = {pair(index[4]), pair(index[5]), pair(index[6]), pair(index[7])};
+  const Vector a = bitCast<Vector>(low), b = bitCast<Vector>(high);
+  first = __builtin_shufflevector(a, b, 0, 2, 4, 6, 8, 10, 12, 14);
+  second = __builtin_shufflevector(a, b, 1, 3, 5, 7, 9, 11, 13, 15);
+}
+
 template <typename Vector, typename Scalar>
 BUNDLE_ICP_INLINE Vector
 gather(const Scalar* from, Ints index)
@@ -89,9 +111,16 @@ toFloats(Words words)
 BUNDLE_ICP_INLINE bool
 any(Ints mask)
 {
+#ifdef __SSE__
+  // The compiler has no short form of its own for this.
+  __m128 halves[2];
+  std::memcpy(halves, &mask, sizeof(mask));
+  return _mm_movemask_ps(_mm_or_ps(halves[0], halves[1])) != 0;
+#else
   const auto parts =
       bitCast<std::int64_t __attribute__((vector_size(4 * lanes)))>(mask);
   return (parts[0] | parts[1] | parts[2] | parts[3]) != 0;
+#endif
 }
 
 /** 1 / sqrt(values) for positive values, to 5e-6. */

@@ -67,10 +67,9 @@ interpolateDepth(const FusionView& view, Row& row)
 {
   const Ints u0 = truncated(row.u), v0 = truncated(row.v);
   row.pixel = v0 * view.width + u0;
-  const Floats d00 = gather<Floats>(view.depth, row.pixel);
-  const Floats d01 = gather<Floats>(view.depth + 1, row.pixel);
-  const Floats d10 = gather<Floats>(view.depth + view.width, row.pixel);
-  const Floats d11 = gather<Floats>(view.depth + view.width + 1, row.pixel);
+  Floats d00, d01, d10, d11;
+  gatherPairs(view.depth, row.pixel, d00, d01);
+  gatherPairs(view.depth + view.width, row.pixel, d10, d11);
   const Floats low = smaller(smaller(d00, d01), smaller(d10, d11));
   const Floats high = larger(larger(d00, d01), larger(d10, d11));
   const Floats dz = high - view.offset;
@@ -168,10 +167,9 @@ nearSurface(const Row& row)
 BUNDLE_ICP_INLINE void
 updateColor(const FusionView& view, const Row& row, std::uint32_t* color)
 {
-  const Words corners[4] = {gather<Words>(view.color, row.pixel),
-                            gather<Words>(view.color + 1, row.pixel),
-                            gather<Words>(view.color + view.width, row.pixel),
-                            gather<Words>(view.color + view.width + 1, row.pixel)};
+  Words corners[4];
+  gatherPairs(view.color, row.pixel, corners[0], corners[1]);
+  gatherPairs(view.color + view.width, row.pixel, corners[2], corners[3]);
   const Words old = load<Words>(color);
   const Words blended = blendChannel(row, corners, 16, old, 21, 2047) |
                         blendChannel(row, corners, 8, old, 10, 2047) |
