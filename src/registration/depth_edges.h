@@ -4,6 +4,7 @@
 
 #include <bundle_icp/registration/virtual_depth.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace bundle_icp {
