@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 //
-// BundleICP with a point type of one's own: PCL_NO_PRECOMPILE before any header of PCL, the
-// type registered with PCL, and nothing else. Without a camera it is an ICP with a kd-tree.
+// BundleICP with a point type of one's own: PCL_NO_PRECOMPILE before any header of PCL,
+// the type registered with PCL, and nothing else. Without a camera it is an ICP with a
+// kd-tree.
 #define PCL_NO_PRECOMPILE
 #include <bundle_icp/registration/bundle_icp.h>
 
@@ -15,7 +16,8 @@ struct EIGEN_ALIGN16 StampedPoint {
   PCL_MAKE_ALIGNED_OPERATOR_NEW
 };
 POINT_CLOUD_REGISTER_POINT_STRUCT(StampedPoint,
-                                  (float, x, x)(float, y, y)(float, z, z)(double, stamp, stamp))
+                                  (float, x, x)(float, y, y)(float, z, z)(double, stamp,
+                                                                          stamp))
 
 int
 main()

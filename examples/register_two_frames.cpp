@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 //
-// Registers a new frame against the virtual depth of three registered ones. It leaves out
-// where frames, poses and correspondences come from: here, a simulated scan.
+// Registers a new frame against the virtual depth of three registered ones. It leaves
+// out where frames, poses and correspondences come from: here, a simulated scan.
 #include <bundle_icp/registration/bundle_icp.h>
 #include <bundle_icp/registration/virtual_depth.h>
 #include <bundle_icp/simulation/synthetic_scan.h>
@@ -32,7 +32,8 @@ main()
   };
   bundle_icp::BundleICP<Point, Point> reg;
   reg.setCameraIntrinsics(camera);
-  reg.setInputSource(bundle_icp::toPointCloud(bundle_icp::makeDepthView(scan.read(4).depth, camera)));
+  reg.setInputSource(
+      bundle_icp::toPointCloud(bundle_icp::makeDepthView(scan.read(4).depth, camera)));
   reg.setInputTarget(render(guess));
   reg.setVirtualDepthPose(guess);
   reg.setVirtualDepthRenderer(render);
@@ -49,7 +50,8 @@ main()
             << pose.matrix() << "\n"
             << "overlap " << result.overlap << ", rmse " << result.rmse << " m, "
             << result.iterations << " iterations\n"
-            << "error " << (pose.translation() - scan.worldFromCamera(4).translation()).norm()
+            << "error "
+            << (pose.translation() - scan.worldFromCamera(4).translation()).norm()
             << " m\n";
   return 0;
 }

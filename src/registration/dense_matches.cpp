@@ -12,7 +12,8 @@
 namespace bundle_icp {
 namespace {
 
-/** Entries that one task sums. Fixed, so that sums do not depend on the number of threads. */
+/** Entries that one task sums. Fixed, so that sums do not depend on the number of
+ * threads. */
 constexpr std::size_t CHUNK = 4096;
 constexpr std::size_t LANES = 16;
 /** 21 entries of H, 6 of g, and 6 further sums. */
@@ -22,9 +23,11 @@ struct Sums {
   double value[SUMS] = {};
 };
 
-/** Products of one lane block, added up in float lanes and folded into doubles per chunk. */
+/** Products of one lane block, added up in float lanes and folded into doubles per
+ * chunk. */
 BUNDLE_ICP_SIMD void
-sumChunk(const Matches& m, std::size_t begin, std::size_t end, float cutoff, float inlier, Sums& sums)
+sumChunk(const Matches& m, std::size_t begin, std::size_t end, float cutoff,
+         float inlier, Sums& sums)
 {
   alignas(64) float acc[SUMS][LANES] = {};
   const float inverse_cutoff = 1 / cutoff;
@@ -84,11 +87,13 @@ struct Projection {
 
   Projection(const TargetGrid& target, const Pose& pose, const Eigen::Vector3d& about,
              const DepthNoise& noise, const MatchTolerance& tolerance)
-  : max_squared(std::min(3e38f, tolerance.max_distance * tolerance.max_distance)),
-    min_cosine(0.6f), misalignment_squared(tolerance.misalignment * tolerance.misalignment),
-    noise_constant(static_cast<float>(noise.constant)),
-    noise_quadratic(static_cast<float>(noise.quadratic)),
-    noise_offset(static_cast<float>(noise.offset)), width(target.camera.width), height(target.camera.height)
+      : max_squared(std::min(3e38f, tolerance.max_distance * tolerance.max_distance)),
+        min_cosine(0.6f),
+        misalignment_squared(tolerance.misalignment * tolerance.misalignment),
+        noise_constant(static_cast<float>(noise.constant)),
+        noise_quadratic(static_cast<float>(noise.quadratic)),
+        noise_offset(static_cast<float>(noise.offset)), width(target.camera.width),
+        height(target.camera.height)
   {
     const CameraIntrinsics& camera = target.camera;
     Eigen::Matrix3d k;
@@ -109,25 +114,36 @@ struct Projection {
 
 /** Moves the points and finds the target pixel that each projects to, -1 outside. */
 BUNDLE_ICP_SIMD void
-project(const Projection& p, const SourcePoints& s, std::size_t begin, std::size_t end, Matches& m)
+project(const Projection& projection, const SourcePoints& s, std::size_t begin,
+        std::size_t end, Matches& m)
 {
+  const Projection p = projection; // a copy, which no store below can change
+  const int width = p.width;
   const float *x = s.x.data(), *y = s.y.data(), *z = s.z.data();
   float *px = m.px.data(), *py = m.py.data(), *pz = m.pz.data();
   float* inverse_sigma = m.inverse_sigma.data();
   int* target = m.target.data();
-  const float right = static_cast<float>(p.width), bottom = static_cast<float>(p.height);
+  const float right = static_cast<float>(p.width),
+              bottom = static_cast<float>(p.height);
+#pragma omp simd
   for (std::size_t i = begin; i < end; ++i) {
-    px[i] = p.world[0][0] * x[i] + p.world[0][1] * y[i] + p.world[0][2] * z[i] + p.world[0][3];
-    py[i] = p.world[1][0] * x[i] + p.world[1][1] * y[i] + p.world[1][2] * z[i] + p.world[1][3];
-    pz[i] = p.world[2][0] * x[i] + p.world[2][1] * y[i] + p.world[2][2] * z[i] + p.world[2][3];
-    const float a = p.image[0][0] * x[i] + p.image[0][1] * y[i] + p.image[0][2] * z[i] + p.image[0][3];
-    const float b = p.image[1][0] * x[i] + p.image[1][1] * y[i] + p.image[1][2] * z[i] + p.image[1][3];
-    const float c = p.image[2][0] * x[i] + p.image[2][1] * y[i] + p.image[2][2] * z[i] + p.image[2][3];
+    px[i] = p.world[0][0] * x[i] + p.world[0][1] * y[i] + p.world[0][2] * z[i] +
+            p.world[0][3];
+    py[i] = p.world[1][0] * x[i] + p.world[1][1] * y[i] + p.world[1][2] * z[i] +
+            p.world[1][3];
+    pz[i] = p.world[2][0] * x[i] + p.world[2][1] * y[i] + p.world[2][2] * z[i] +
+            p.world[2][3];
+    const float a = p.image[0][0] * x[i] + p.image[0][1] * y[i] + p.image[0][2] * z[i] +
+                    p.image[0][3];
+    const float b = p.image[1][0] * x[i] + p.image[1][1] * y[i] + p.image[1][2] * z[i] +
+                    p.image[1][3];
+    const float c = p.image[2][0] * x[i] + p.image[2][1] * y[i] + p.image[2][2] * z[i] +
+                    p.image[2][3];
     const float u = a / c + 0.5f, v = b / c + 0.5f;
-    const bool inside = c > 0.01f && u >= 0 && v >= 0 && u < right && v < bottom;
-    const int column = static_cast<int>(inside ? u : 0.0f);
-    const int row = static_cast<int>(inside ? v : 0.0f);
-    target[i] = inside ? row * p.width + column : -1;
+    const bool inside = (c > 0.01f) & (u >= 0) & (v >= 0) & (u < right) & (v < bottom);
+    const float u_inside = inside ? u : 0.0f, v_inside = inside ? v : 0.0f;
+    const int pixel = static_cast<int>(v_inside) * width + static_cast<int>(u_inside);
+    target[i] = inside ? pixel : -1;
     const float d = z[i] - p.noise_offset;
     const float sigma = p.noise_constant + p.noise_quadratic * d * d;
     inverse_sigma[i] = 1 / std::sqrt(sigma * sigma + p.misalignment_squared);
@@ -143,10 +159,11 @@ rejectMatch(Matches& m, std::size_t i)
   m.normal_difference[i] = -1;
 }
 
-/** Reads the matched target points; keeps pairs that are close and face the same way. */
+/** Reads the matched target points; keeps pairs that are close and face the same way.
+ */
 void
-gather(const Projection& p, const PointsView& target, const SourcePoints& s, std::size_t begin,
-       std::size_t end, Matches& m)
+gather(const Projection& p, const PointsView& target, const SourcePoints& s,
+       std::size_t begin, std::size_t end, Matches& m)
 {
   const bool has_normals = !s.nx.empty();
   for (std::size_t i = begin; i < end; ++i) {
@@ -156,7 +173,8 @@ gather(const Projection& p, const PointsView& target, const SourcePoints& s, std
     }
     const std::size_t offset = static_cast<std::size_t>(m.target[i]) * target.stride;
     const float *q = target.xyz + offset, *n = target.normals + offset;
-    const float dx = m.px[i] - (q[0] - p.center[0]), dy = m.py[i] - (q[1] - p.center[1]),
+    const float dx = m.px[i] - (q[0] - p.center[0]),
+                dy = m.py[i] - (q[1] - p.center[1]),
                 dz = m.pz[i] - (q[2] - p.center[2]);
     const float squared = dx * dx + dy * dy + dz * dz;
     const float residual = dx * n[0] + dy * n[1] + dz * n[2];
@@ -166,9 +184,12 @@ gather(const Projection& p, const PointsView& target, const SourcePoints& s, std
     if (keep && has_normals) {
       const float sx = s.nx[i], sy = s.ny[i], sz = s.nz[i];
       const float cosine =
-          n[0] * (p.rotation[0][0] * sx + p.rotation[0][1] * sy + p.rotation[0][2] * sz) +
-          n[1] * (p.rotation[1][0] * sx + p.rotation[1][1] * sy + p.rotation[1][2] * sz) +
-          n[2] * (p.rotation[2][0] * sx + p.rotation[2][1] * sy + p.rotation[2][2] * sz);
+          n[0] *
+              (p.rotation[0][0] * sx + p.rotation[0][1] * sy + p.rotation[0][2] * sz) +
+          n[1] *
+              (p.rotation[1][0] * sx + p.rotation[1][1] * sy + p.rotation[1][2] * sz) +
+          n[2] *
+              (p.rotation[2][0] * sx + p.rotation[2][1] * sy + p.rotation[2][2] * sz);
       keep = cosine >= p.min_cosine;
       difference = std::max(0.0f, 2 - 2 * cosine);
     }
@@ -193,9 +214,9 @@ histogramMedian(const std::vector<std::size_t>& bins, double bin_width)
     total += count;
   for (std::size_t b = 0; b < bins.size(); ++b) {
     if (2 * (below + bins[b]) >= total && bins[b] > 0)
-      return bin_width * (static_cast<double>(b) +
-                          (0.5 * static_cast<double>(total) - static_cast<double>(below)) /
-                              static_cast<double>(bins[b]));
+      return bin_width * (static_cast<double>(b) + (0.5 * static_cast<double>(total) -
+                                                    static_cast<double>(below)) /
+                                                       static_cast<double>(bins[b]));
     below += bins[b];
   }
   return 0;
@@ -208,7 +229,8 @@ Matches::resize(std::size_t size)
 {
   // Whole lane blocks: the padding has no match and weighs nothing.
   const std::size_t padded = (size + LANES - 1) / LANES * LANES;
-  for (std::vector<float>* v : {&px, &py, &pz, &nx, &ny, &nz, &residual, &inverse_sigma})
+  for (std::vector<float>* v :
+       {&px, &py, &pz, &nx, &ny, &nz, &residual, &inverse_sigma})
     v->assign(padded, 0.0f);
   normal_difference.assign(padded, -1.0f);
   target.assign(padded, -1);
@@ -222,8 +244,10 @@ selectSource(const AlignmentProblem& problem, int stride)
   const bool grid = source.height > 1;
   SourcePoints points;
   const std::size_t expected =
-      indices.size() / static_cast<std::size_t>(stride * stride) + static_cast<std::size_t>(source.width);
-  for (std::vector<float>* v : {&points.x, &points.y, &points.z, &points.nx, &points.ny, &points.nz})
+      indices.size() / static_cast<std::size_t>(stride * stride) +
+      static_cast<std::size_t>(source.width);
+  for (std::vector<float>* v :
+       {&points.x, &points.y, &points.z, &points.nx, &points.ny, &points.nz})
     v->reserve(expected);
   points.index.reserve(expected);
   for (std::size_t k = 0; k < indices.size(); ++k) {
@@ -231,7 +255,8 @@ selectSource(const AlignmentProblem& problem, int stride)
     if (i < 0 || static_cast<std::size_t>(i) >= source.size)
       continue;
     const int column = i % source.width, row = i / source.width;
-    if (stride > 1 && grid && (column % stride != stride / 2 || row % stride != stride / 2))
+    if (stride > 1 && grid &&
+        (column % stride != stride / 2 || row % stride != stride / 2))
       continue;
     if (stride > 1 && !grid && k % static_cast<std::size_t>(stride * stride) != 0)
       continue;
@@ -256,13 +281,15 @@ selectSource(const AlignmentProblem& problem, int stride)
 
 void
 matchByProjection(const AlignmentProblem& problem, const TargetGrid& target,
-                  const SourcePoints& source, const Pose& pose, const Eigen::Vector3d& center,
-                  const MatchTolerance& tolerance, Matches& matches)
+                  const SourcePoints& source, const Pose& pose,
+                  const Eigen::Vector3d& center, const MatchTolerance& tolerance,
+                  Matches& matches)
 {
   matches.resize(source.size());
   const Projection projection(target, pose, center, problem.noise, tolerance);
   const std::size_t chunks = (source.size() + CHUNK - 1) / CHUNK;
-#pragma omp parallel for num_threads(resolveThreads(problem.num_threads)) schedule(static)
+#pragma omp parallel for num_threads(resolveThreads(problem.num_threads))              \
+    schedule(static)
   for (std::size_t c = 0; c < chunks; ++c) {
     const std::size_t begin = c * CHUNK, end = std::min(source.size(), begin + CHUNK);
     project(projection, source, begin, end, matches);
@@ -276,7 +303,8 @@ robustScale(const Matches& matches)
   std::vector<std::size_t> bins(4000);
   float largest = 0;
   for (std::size_t i = 0; i < matches.size(); ++i)
-    largest = std::max(largest, std::abs(matches.residual[i] * matches.inverse_sigma[i]));
+    largest =
+        std::max(largest, std::abs(matches.residual[i] * matches.inverse_sigma[i]));
   const double width = std::max(1e-12, static_cast<double>(largest) / 3999);
   const float to_bin = static_cast<float>(1 / width);
   for (std::size_t i = 0; i < matches.size(); ++i)
@@ -293,7 +321,8 @@ rmsError(const Matches& matches)
   double sum = 0, count = 0;
   for (std::size_t i = 0; i < matches.size(); ++i)
     if (matches.inverse_sigma[i] > 0) {
-      const double e = static_cast<double>(matches.residual[i] * matches.inverse_sigma[i]);
+      const double e =
+          static_cast<double>(matches.residual[i] * matches.inverse_sigma[i]);
       sum += e * e;
       count += 1;
     }
@@ -307,7 +336,8 @@ normalSigma(const Matches& matches)
   std::vector<std::size_t> bins(2001);
   for (std::size_t i = 0; i < matches.size(); ++i)
     if (matches.normal_difference[i] >= 0)
-      ++bins[std::min<std::size_t>(2000, static_cast<std::size_t>(matches.normal_difference[i] / BIN))];
+      ++bins[std::min<std::size_t>(
+          2000, static_cast<std::size_t>(matches.normal_difference[i] / BIN))];
   // Median of chi-squared with two degrees: 2 ln 2.
   return std::sqrt(histogramMedian(bins, BIN) / (2 * std::log(2.0)));
 }
@@ -317,10 +347,12 @@ accumulate(const Matches& matches, double scale, int num_threads)
 {
   const std::size_t chunks = (matches.size() + CHUNK - 1) / CHUNK;
   std::vector<Sums> partial(chunks);
-  const float cutoff = static_cast<float>(4.685 * scale), inlier = static_cast<float>(3 * scale);
+  const float cutoff = static_cast<float>(4.685 * scale),
+              inlier = static_cast<float>(3 * scale);
 #pragma omp parallel for num_threads(resolveThreads(num_threads)) schedule(static)
   for (std::size_t c = 0; c < chunks; ++c)
-    sumChunk(matches, c * CHUNK, std::min(matches.size(), (c + 1) * CHUNK), cutoff, inlier, partial[c]);
+    sumChunk(matches, c * CHUNK, std::min(matches.size(), (c + 1) * CHUNK), cutoff,
+             inlier, partial[c]);
   Sums total;
   for (const Sums& sums : partial)
     for (std::size_t k = 0; k < SUMS; ++k)

@@ -22,8 +22,9 @@ struct SourcePoints {
   }
 };
 
-/** One linearised distance per entry: residual r of a point p (relative to a centre) along a
- *  unit direction n, over sigma. Entries without a match have inverse_sigma 0. */
+/** One linearised distance per entry: residual r of a point p (relative to a centre)
+ * along a unit direction n, over sigma. Entries without a match have inverse_sigma 0.
+ */
 struct Matches {
   std::vector<float> px, py, pz, nx, ny, nz, residual, inverse_sigma;
   std::vector<float> normal_difference; ///< |n_source - n_target|^2, -1 = unknown
@@ -43,33 +44,37 @@ struct Matches {
 struct DenseSystem {
   Matrix6d H = Matrix6d::Zero();
   Vector6d g = Vector6d::Zero();
-  double weight = 0;         ///< sum of weights / sigma^2
-  double squared_error = 0;  ///< weighted sum of squared residuals [m^2]
-  double weight_metric = 0;  ///< sum of the same weights
-  std::size_t matched = 0;   ///< entries with a match
-  std::size_t inliers = 0;   ///< of these, within three (scaled) sigma
-  double squared_inliers = 0;///< their sum of squared residuals [m^2]
+  double weight = 0;          ///< sum of weights / sigma^2
+  double squared_error = 0;   ///< weighted sum of squared residuals [m^2]
+  double weight_metric = 0;   ///< sum of the same weights
+  std::size_t matched = 0;    ///< entries with a match
+  std::size_t inliers = 0;    ///< of these, within three (scaled) sigma
+  double squared_inliers = 0; ///< their sum of squared residuals [m^2]
 };
 
-/** Every source point of the level: all that are finite, `stride`-th of the grid or list. */
+/** Every source point of the level: all that are finite, `stride`-th of the grid or
+ * list. */
 SourcePoints
 selectSource(const AlignmentProblem& problem, int stride);
 
 /** How generous a level of detail is. */
 struct MatchTolerance {
   float max_distance = 0; ///< of a match [m]
-  /** Distance that a pose still to be found may leave [m]: widens sigma, or the structures
-   *  that hold the pose would be taken for outliers of the walls that are already aligned. */
+  /** Distance that a pose still to be found may leave [m]: widens sigma, or the
+   * structures that hold the pose would be taken for outliers of the walls that are
+   * already aligned. */
   float misalignment = 0;
 };
 
 /** Associates by projection into the target's grid and fills matches. */
 void
 matchByProjection(const AlignmentProblem& problem, const TargetGrid& target,
-                  const SourcePoints& source, const Pose& pose, const Eigen::Vector3d& center,
-                  const MatchTolerance& tolerance, Matches& matches);
+                  const SourcePoints& source, const Pose& pose,
+                  const Eigen::Vector3d& center, const MatchTolerance& tolerance,
+                  Matches& matches);
 
-/** Ratio of observed to expected standard deviation: 1.4826 times the median of |r| / sigma. */
+/** Ratio of observed to expected standard deviation: 1.4826 times the median of |r| /
+ * sigma. */
 double
 robustScale(const Matches& matches);
 
@@ -77,7 +82,8 @@ robustScale(const Matches& matches);
 double
 rmsError(const Matches& matches);
 
-/** Per-axis standard deviation of the angle between matched normals [rad], 0 if unknown. */
+/** Per-axis standard deviation of the angle between matched normals [rad], 0 if
+ * unknown. */
 double
 normalSigma(const Matches& matches);
 

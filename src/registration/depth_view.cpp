@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "depth_edges.h"
+#include "reduce_depth.h"
 #include "simd.h"
 #include "threads.h"
 
@@ -26,7 +27,8 @@ constexpr double NORMAL_SIGMA = 0.07;
 cv::Mat
 paddedImage(const cv::Size& size)
 {
-  return cv::Mat::zeros(size.height + 2 * MAX_RADIUS, size.width + 2 * MAX_RADIUS, CV_32F);
+  return cv::Mat::zeros(size.height + 2 * MAX_RADIUS, size.width + 2 * MAX_RADIUS,
+                        CV_32F);
 }
 
 float*
@@ -35,8 +37,8 @@ paddedRow(cv::Mat& image, int row)
   return image.ptr<float>(row + MAX_RADIUS) + MAX_RADIUS;
 }
 
-/** What the fit of normals works on. A plane's inverse depth is an affine function of the
- *  pixel, whose two slopes and value give the normal without bias by perspective. */
+/** What the fit of normals works on. A plane's inverse depth is an affine function of
+ * the pixel, whose two slopes and value give the normal without bias by perspective. */
 struct Planes {
   cv::Mat inverse_depth;    // 1 / z [1/m], 0 = not measured
   cv::Mat link_right;       // 1 when linked to the right neighbour
@@ -46,17 +48,19 @@ struct Planes {
   cv::Mat slope_confidence; // sum of squared distances that slope_x rests on
 
   explicit Planes(const cv::Size& size)
-  : inverse_depth(paddedImage(size)), link_right(paddedImage(size)),
-    link_down(paddedImage(size)), radius(paddedImage(size)), slope_x(paddedImage(size)),
-    value(paddedImage(size)), slope_confidence(paddedImage(size))
-  {}
+      : inverse_depth(paddedImage(size)), link_right(paddedImage(size)),
+        link_down(paddedImage(size)), radius(paddedImage(size)),
+        slope_x(paddedImage(size)), value(paddedImage(size)),
+        slope_confidence(paddedImage(size))
+  {
+  }
 };
 
-/** Radius with which noise turns a normal by NORMAL_SIGMA: a window of radius r determines
- *  a slope to sigma / sqrt(n var), n = (2r+1)^2 pixels, var = r(r+1)/3 their spread. */
+/** Radius with which noise turns a normal by NORMAL_SIGMA: a window of radius r
+ * determines a slope to sigma / sqrt(n var), n = (2r+1)^2 pixels, var = r(r+1)/3 their
+ * spread. */
 void
-radiusTable(const CameraIntrinsics& camera,
-            const DepthNoise& noise,
+radiusTable(const CameraIntrinsics& camera, const DepthNoise& noise,
             std::vector<float>& table)
 {
   for (std::size_t i = 0; i < table.size(); ++i) {
@@ -70,14 +74,16 @@ radiusTable(const CameraIntrinsics& camera,
 }
 
 BUNDLE_ICP_SIMD void
-prepareRow(const float* z, int width, const std::vector<float>& radii, float* inverse, float* radius)
+prepareRow(const float* z, int width, const std::vector<float>& radii, float* inverse,
+           float* radius)
 {
   const int last = static_cast<int>(radii.size()) - 1;
   const float* table = radii.data();
+#pragma omp simd
   for (int u = 0; u < width; ++u) {
-    const bool measured = z[u] > 0;
-    inverse[u] = measured ? 1 / z[u] : 0;
-    const int bin = static_cast<int>(20 * (measured ? z[u] : 0));
+    const float depth = z[u] > 0 ? z[u] : 0.0f, reciprocal = 1 / depth;
+    inverse[u] = depth > 0 ? reciprocal : 0.0f;
+    const int bin = static_cast<int>(20 * (depth < 100 ? depth : 100.0f));
     radius[u] = table[bin < last ? bin : last];
   }
 }
@@ -85,12 +91,13 @@ prepareRow(const float* z, int width, const std::vector<float>& radii, float* in
 BUNDLE_ICP_SIMD void
 linkRows(const float* a, const float* b, int width, SurfaceLink linked, float* links)
 {
+#pragma omp simd
   for (int u = 0; u < width; ++u)
     links[u] = linked(a[u], b[u]);
 }
 
-/** Running sums of one arm of the window: how far it reaches, and zeroth and first moment
- *  of the differences to the centre. */
+/** Running sums of one arm of the window: how far it reaches, and zeroth and first
+ * moment of the differences to the centre. */
 struct Arm {
   float open[64], reach[64], sum[64], moment[64];
 };
@@ -113,10 +120,11 @@ fitLine(float before, float after, float sum, float moment)
   return {(n * moment - su * sum) * scale, (suu * sum - su * moment) * scale, det / n};
 }
 
-/** Lines along a row, in blocks so that the sums stay in registers or the first cache. */
+/** Lines along a row, in blocks so that the sums stay in registers or the first cache.
+ */
 BUNDLE_ICP_SIMD void
-fitAlongRow(const float* w, const float* link, const float* radius, int width, float* slope,
-            float* value, float* confidence)
+fitAlongRow(const float* w, const float* link, const float* radius, int width,
+            float* slope, float* value, float* confidence)
 {
   for (int start = 0; start < width; start += 64) {
     const int n = std::min(64, width - start);
@@ -128,6 +136,7 @@ fitAlongRow(const float* w, const float* link, const float* radius, int width, f
     const float* l = link + start;
     for (int d = 1; d <= MAX_RADIUS; ++d) {
       const float distance = static_cast<float>(d);
+#pragma omp simd
       for (int i = 0; i < n; ++i) {
         const float inside = r[i] >= distance ? 1.0f : 0.0f;
         right.open[i] *= l[i + d - 1] * inside;
@@ -140,8 +149,10 @@ fitAlongRow(const float* w, const float* link, const float* radius, int width, f
         right.moment[i] += distance * (after - before);
       }
     }
+#pragma omp simd
     for (int i = 0; i < n; ++i) {
-      const Line line = fitLine(left.reach[i], right.reach[i], right.sum[i], right.moment[i]);
+      const Line line =
+          fitLine(left.reach[i], right.reach[i], right.sum[i], right.moment[i]);
       slope[start + i] = line.slope;
       value[start + i] = c[i] + line.offset;
       confidence[start + i] = line.confidence;
@@ -165,6 +176,7 @@ fitDownColumns(Planes& planes, int row, int start, int n, PlaneBlock& block)
   const float* radius = paddedRow(planes.radius, row) + start;
   Arm up = {}, down = {};
   float slope_sum[64], confidence_sum[64];
+#pragma omp simd
   for (int i = 0; i < n; ++i) {
     up.open[i] = down.open[i] = 1;
     slope_sum[i] = confidence[i] * slope[i];
@@ -174,6 +186,7 @@ fitDownColumns(Planes& planes, int row, int start, int n, PlaneBlock& block)
     const float distance = static_cast<float>(d);
     const std::ptrdiff_t shift = static_cast<std::ptrdiff_t>(step) * d;
     const std::ptrdiff_t link_shift = static_cast<std::ptrdiff_t>(step) * (d - 1);
+#pragma omp simd
     for (int i = 0; i < n; ++i) {
       const float inside = radius[i] >= distance ? 1.0f : 0.0f;
       down.open[i] *= link[i + link_shift] * inside;
@@ -190,6 +203,7 @@ fitDownColumns(Planes& planes, int row, int start, int n, PlaneBlock& block)
       confidence_sum[i] += c_after + c_before;
     }
   }
+#pragma omp simd
   for (int i = 0; i < n; ++i) {
     const Line line = fitLine(up.reach[i], down.reach[i], down.sum[i], down.moment[i]);
     block.known[i] = confidence_sum[i] > 0 && line.confidence > 0 ? 1.0f : 0.0f;
@@ -201,13 +215,15 @@ fitDownColumns(Planes& planes, int row, int start, int n, PlaneBlock& block)
 
 /** Normals, and the cosine of the angle between normal and ray, of one row. */
 BUNDLE_ICP_SIMD void
-normalsOfBlock(const PlaneBlock& block, const CameraIntrinsics& camera, int row, int start,
-               int n, float* normals, float* cosine)
+normalsOfBlock(const PlaneBlock& block, const CameraIntrinsics& camera, int row,
+               int start, int n, float* normals, float* cosine)
 {
   const float fx = static_cast<float>(camera.fx), fy = static_cast<float>(camera.fy);
   const float y = static_cast<float>((row - camera.cy) / camera.fy);
+#pragma omp simd
   for (int i = 0; i < n; ++i) {
-    const float x = (static_cast<float>(start + i) - static_cast<float>(camera.cx)) / fx;
+    const float x =
+        (static_cast<float>(start + i) - static_cast<float>(camera.cx)) / fx;
     const float a = block.slope_x[i] * fx, b = block.slope_y[i] * fy;
     const float c = block.value[i] - a * x - b * y;
     const float norm = std::sqrt(a * a + b * b + c * c);
@@ -220,8 +236,8 @@ normalsOfBlock(const PlaneBlock& block, const CameraIntrinsics& camera, int row,
   }
 }
 
-/** Distance of each pixel to the nearest depth edge or hole [px], 0.5 at the edge; 0 for a
- *  pixel between two edges, which belongs to no surface: a flying pixel. */
+/** Distance of each pixel to the nearest depth edge or hole [px], 0.5 at the edge; 0
+ * for a pixel between two edges, which belongs to no surface: a flying pixel. */
 cv::Mat
 edgeDistance(Planes& planes, const cv::Size& size)
 {
@@ -235,7 +251,8 @@ edgeDistance(Planes& planes, const cv::Size& size)
     std::uint8_t* fly = flying.ptr(v);
     const bool top = v == 0, bottom = v == size.height - 1;
     for (int u = 0; u < size.width; ++u) {
-      const bool l = u == 0 || right[u - 1] > 0, r = u == size.width - 1 || right[u] > 0;
+      const bool l = u == 0 || right[u - 1] > 0,
+                 r = u == size.width - 1 || right[u] > 0;
       const bool t = top || up[u] > 0, b = bottom || down[u] > 0;
       in[u] = l && r && t && b ? 1 : 0;
       fly[u] = (!l && !r) || (!t && !b) ? 1 : 0;
@@ -248,7 +265,8 @@ edgeDistance(Planes& planes, const cv::Size& size)
   return distance;
 }
 
-/** Weight of one row: 1 / sigma^2 times cosine of the viewing angle and edge distance. */
+/** Weight of one row: 1 / sigma^2 times cosine of the viewing angle and edge distance.
+ */
 BUNDLE_ICP_SIMD void
 weightsOfRow(const float* z, const float* cosine, const float* distance, int width,
              const VirtualDepthOptions& options, float* weight)
@@ -256,9 +274,11 @@ weightsOfRow(const float* z, const float* cosine, const float* distance, int wid
   const float constant = static_cast<float>(options.noise.constant);
   const float quadratic = static_cast<float>(options.noise.quadratic);
   const float offset = static_cast<float>(options.noise.offset);
-  const float steepest = static_cast<float>(std::cos(options.max_view_angle * M_PI / 180));
+  const float steepest =
+      static_cast<float>(std::cos(options.max_view_angle * M_PI / 180));
   const float ramp =
       options.edge_distance > 0 ? static_cast<float>(1 / options.edge_distance) : 1e9f;
+#pragma omp simd
   for (int u = 0; u < width; ++u) {
     const float d = z[u] - offset, sigma = constant + quadratic * d * d;
     const float near_edge = std::min(1.0f, distance[u] * ramp);
@@ -268,7 +288,8 @@ weightsOfRow(const float* z, const float* cosine, const float* distance, int wid
 }
 
 void
-prepare(const DepthView& view, const VirtualDepthOptions& options, int threads, Planes& planes)
+prepare(const DepthView& view, const VirtualDepthOptions& options, int threads,
+        Planes& planes)
 {
   std::vector<float> radii(400);
   radiusTable(view.camera, options.noise, radii);
@@ -277,10 +298,12 @@ prepare(const DepthView& view, const VirtualDepthOptions& options, int threads, 
 #pragma omp parallel for num_threads(threads) schedule(static)
   for (int v = 0; v < height; ++v) {
     const float* z = view.depth.ptr<float>(v);
-    prepareRow(z, width, radii, paddedRow(planes.inverse_depth, v), paddedRow(planes.radius, v));
+    prepareRow(z, width, radii, paddedRow(planes.inverse_depth, v),
+               paddedRow(planes.radius, v));
     linkRows(z, z + 1, width - 1, linked, paddedRow(planes.link_right, v));
     if (v + 1 < height)
-      linkRows(z, view.depth.ptr<float>(v + 1), width, linked, paddedRow(planes.link_down, v));
+      linkRows(z, view.depth.ptr<float>(v + 1), width, linked,
+               paddedRow(planes.link_down, v));
     fitAlongRow(paddedRow(planes.inverse_depth, v), paddedRow(planes.link_right, v),
                 paddedRow(planes.radius, v), width, paddedRow(planes.slope_x, v),
                 paddedRow(planes.value, v), paddedRow(planes.slope_confidence, v));
@@ -304,52 +327,12 @@ fillNormalsAndWeights(DepthView& view, const VirtualDepthOptions& options)
       const int n = std::min(64, size.width - start);
       PlaneBlock block;
       fitDownColumns(planes, v, start, n, block);
-      normalsOfBlock(block, view.camera, v, start, n, view.normals.ptr<float>(v) + 3 * start,
-                     cosine.data() + start);
+      normalsOfBlock(block, view.camera, v, start, n,
+                     view.normals.ptr<float>(v) + 3 * start, cosine.data() + start);
     }
-    weightsOfRow(view.depth.ptr<float>(v), cosine.data(), distance.ptr<float>(v), size.width,
-                 options, view.weight.ptr<float>(v));
+    weightsOfRow(view.depth.ptr<float>(v), cosine.data(), distance.ptr<float>(v),
+                 size.width, options, view.weight.ptr<float>(v));
   }
-}
-
-/** Average of the depths of a block that lie on the surface of their median; not measured
- *  when that is less than half of the block. */
-float
-averageOfSurface(std::vector<float>& depths, std::size_t block_size, const SurfaceLink& linked)
-{
-  if (2 * depths.size() < block_size)
-    return NOT_MEASURED;
-  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>((depths.size() - 1) / 2);
-  std::nth_element(depths.begin(), middle, depths.end());
-  const float median = *middle;
-  float sum = 0, count = 0;
-  for (const float z : depths) {
-    const float same = linked(z, median);
-    sum += same * z;
-    count += same;
-  }
-  return 2 * count >= static_cast<float>(block_size) ? sum / count : NOT_MEASURED;
-}
-
-cv::Mat
-reducedDepth(const cv::Mat& depth, int factor, const SurfaceLink& linked, int threads)
-{
-  cv::Mat reduced(depth.rows / factor, depth.cols / factor, CV_32F);
-  const std::size_t block_size = static_cast<std::size_t>(factor) * static_cast<std::size_t>(factor);
-#pragma omp parallel for num_threads(threads) schedule(static)
-  for (int v = 0; v < reduced.rows; ++v) {
-    std::vector<float> depths;
-    depths.reserve(block_size);
-    for (int u = 0; u < reduced.cols; ++u) {
-      depths.clear();
-      for (int i = 0; i < factor; ++i)
-        for (int j = 0; j < factor; ++j)
-          if (const float z = depth.at<float>(v * factor + i, u * factor + j); z > 0)
-            depths.push_back(z);
-      reduced.at<float>(v, u) = averageOfSurface(depths, block_size, linked);
-    }
-  }
-  return reduced;
 }
 
 void
@@ -364,8 +347,8 @@ checkInput(const cv::Mat& depth, const CameraIntrinsics& camera, int reduction,
   if (depth.cols != camera.width || depth.rows != camera.height)
     throw pcl::BadArgumentException(
         "makeDepthView: depth image is " + std::to_string(depth.cols) + "x" +
-        std::to_string(depth.rows) + ", the camera has " + std::to_string(camera.width) +
-        "x" + std::to_string(camera.height));
+        std::to_string(depth.rows) + ", the camera has " +
+        std::to_string(camera.width) + "x" + std::to_string(camera.height));
   if (reduction < 1 || reduction > std::min(depth.cols, depth.rows) / 8)
     throw pcl::BadArgumentException(
         "makeDepthView: reduction " + std::to_string(reduction) +
@@ -375,9 +358,7 @@ checkInput(const cv::Mat& depth, const CameraIntrinsics& camera, int reduction,
 } // namespace
 
 DepthView
-makeDepthView(const cv::Mat& depth,
-              const CameraIntrinsics& camera,
-              int reduction,
+makeDepthView(const cv::Mat& depth, const CameraIntrinsics& camera, int reduction,
               const VirtualDepthOptions& options)
 {
   checkInput(depth, camera, reduction, options);
@@ -386,7 +367,8 @@ makeDepthView(const cv::Mat& depth,
   if (reduction > 1) {
     const SurfaceLink linked(camera, options);
     view.camera = view.camera.reduced(reduction);
-    view.depth = reducedDepth(depth, reduction, linked, resolveThreads(options.num_threads));
+    view.depth =
+        reducedDepth(depth, reduction, linked, resolveThreads(options.num_threads));
   }
   else {
     view.depth = depth.clone();

@@ -12,18 +12,26 @@
 namespace bundle_icp {
 namespace {
 
-/** A surface in front counts only with this share of the weight of what is seen behind it. */
+/** A surface in front counts only with this share of the weight of what is seen behind
+ * it. */
 constexpr float MIN_WEIGHT_SHARE = 0.1f;
 /** Depth of a sample that shows nothing [m]: finite, so that sums stay free of NaN. */
 constexpr float FAR_AWAY = 1e6f;
+
+inline float
+larger(float a, float b)
+{
+  return a > b ? a : b;
+}
 
 /** Samples that one view contributes to a row of the virtual image. */
 struct RowSamples {
   std::vector<float> depth, weight, nx, ny, nz;
 
   explicit RowSamples(std::size_t width)
-  : depth(width), weight(width), nx(width), ny(width), nz(width)
-  {}
+      : depth(width), weight(width), nx(width), ny(width), nz(width)
+  {
+  }
 };
 
 /** Weighted sums over the samples of the nearest surface. */
@@ -31,95 +39,116 @@ struct RowSums {
   std::vector<float> front, weight, depth, nx, ny, nz, behind;
 
   explicit RowSums(std::size_t width)
-  : front(width), weight(width), depth(width), nx(width), ny(width), nz(width), behind(width)
-  {}
+      : front(width), weight(width), depth(width), nx(width), ny(width), nz(width),
+        behind(width)
+  {
+  }
 };
 
-/** The measured depth moves a point along the view's ray. How far this moves the surface along the
- *  virtual ray, and so its weight there, depends on how both meet it. */
+/** The measured depth moves a point along the view's ray. How far this moves the
+ * surface along the virtual ray, and so its weight there, depends on how both meet it.
+ */
 BUNDLE_ICP_SIMD void
-sampleRow(const Contribution& from, const CameraIntrinsics& camera, int row, RowSamples& out)
+sampleRow(const Contribution& from, const CameraIntrinsics& camera, int row,
+          RowSamples& out)
 {
   const float* inverse = from.warped.inverse_depth.ptr<float>(row);
   const int* source = from.warped.source.ptr<int>(row);
   const float* normals = from.view->normals.ptr<float>();
-  const float* depths = from.view->depth.ptr<float>();
   const float* weights = from.view->weight.ptr<float>();
   const Eigen::Matrix3f& R = from.rotation;
   const float r00 = R(0, 0), r01 = R(0, 1), r02 = R(0, 2), r10 = R(1, 0), r11 = R(1, 1),
               r12 = R(1, 2), r20 = R(2, 0), r21 = R(2, 1), r22 = R(2, 2);
   const float ox = from.center.x(), oy = from.center.y(), oz = from.center.z();
   const float y = static_cast<float>((row - camera.cy) / camera.fy);
-  const float cx = static_cast<float>(camera.cx), scale = static_cast<float>(1 / camera.fx);
+  const float cx = static_cast<float>(camera.cx),
+              scale = static_cast<float>(1 / camera.fx);
   float *depth = out.depth.data(), *weight = out.weight.data();
   float *nx = out.nx.data(), *ny = out.ny.data(), *nz = out.nz.data();
+#pragma omp simd
   for (int u = 0; u < camera.width; ++u) {
-    const int pixel = source[u] < 0 ? 0 : source[u];
-    const float a = normals[3 * pixel], b = normals[3 * pixel + 1], c = normals[3 * pixel + 2];
+    // Loaded whether needed or not: a loop without branches is one for vector
+    // instructions.
+    const int from_pixel = source[u];
+    const int pixel = from_pixel < 0 ? 0 : from_pixel;
+    const float inverse_z = inverse[u], full_weight = weights[pixel];
+    const float a = normals[3 * pixel], b = normals[3 * pixel + 1],
+                c = normals[3 * pixel + 2];
     const float x = (static_cast<float>(u) - cx) * scale;
-    const float z = 1 / (source[u] < 0 ? 1.0f : inverse[u]);
-    nx[u] = r00 * a + r01 * b + r02 * c;
-    ny[u] = r10 * a + r11 * b + r12 * c;
-    nz[u] = r20 * a + r21 * b + r22 * c;
-    const float along_virtual = nx[u] * x + ny[u] * y + nz[u];
-    const float along_view =
-        (z * along_virtual - nx[u] * ox - ny[u] * oy - nz[u] * oz) / depths[pixel];
+    const float divisor = from_pixel < 0 ? 1.0f : inverse_z;
+    const float z = 1 / divisor;
+    const float n0 = r00 * a + r01 * b + r02 * c;
+    const float n1 = r10 * a + r11 * b + r12 * c;
+    const float n2 = r20 * a + r21 * b + r22 * c;
+    const float along_virtual = n0 * x + n1 * y + n2;
+    const float px = z * x - ox, py = z * y - oy, pz = z - oz; // from the view's centre
+    const float view_depth = r02 * px + r12 * py + r22 * pz;
+    const float along_view = (n0 * px + n1 * py + n2 * pz) / view_depth;
     const float ratio = along_virtual / along_view;
     const float gain = ratio < 2 ? ratio : 2.0f;
-    const bool seen = source[u] >= 0 && along_virtual < 0 && along_view < 0;
+    const float facing = larger(along_virtual, along_view);
+    const bool seen = (from_pixel >= 0) & (facing < 0);
+    const float scaled = full_weight * gain * gain;
     depth[u] = seen ? z : FAR_AWAY;
-    weight[u] = seen ? weights[pixel] * gain * gain : 0.0f;
-    nx[u] = seen ? nx[u] : 0.0f;
-    ny[u] = seen ? ny[u] : 0.0f;
-    nz[u] = seen ? nz[u] : 0.0f;
+    weight[u] = seen ? scaled : 0.0f;
+    nx[u] = seen ? n0 : 0.0f;
+    ny[u] = seen ? n1 : 0.0f;
+    nz[u] = seen ? n2 : 0.0f;
   }
 }
 
 /** Sums the samples within merge_sigmas of the nearest one, in columns begin to end. */
 BUNDLE_ICP_SIMD void
-sumNearest(const std::vector<RowSamples>& samples, const VirtualDepthOptions& options, int begin,
-           int end, RowSums& sums)
+sumNearest(const std::vector<RowSamples>& samples, const VirtualDepthOptions& options,
+           int begin, int end, RowSums& sums)
 {
   const float reach = static_cast<float>(options.merge_sigmas * std::sqrt(2.0));
   const float constant = static_cast<float>(options.noise.constant) * reach;
   const float quadratic = static_cast<float>(options.noise.quadratic) * reach;
   const float offset = static_cast<float>(options.noise.offset);
-  float *front = sums.front.data(), *weight = sums.weight.data(), *depth = sums.depth.data();
+  float *front = sums.front.data(), *weight = sums.weight.data(),
+        *depth = sums.depth.data();
   float *nx = sums.nx.data(), *ny = sums.ny.data(), *nz = sums.nz.data();
   float* behind = sums.behind.data();
+#pragma omp simd
   for (int u = begin; u < end; ++u) {
     front[u] = FAR_AWAY;
     weight[u] = depth[u] = nx[u] = ny[u] = nz[u] = behind[u] = 0;
   }
   for (const RowSamples& s : samples) {
     const float* z = s.depth.data();
+#pragma omp simd
     for (int u = begin; u < end; ++u)
       front[u] = z[u] < front[u] ? z[u] : front[u];
   }
   for (const RowSamples& s : samples) {
     const float *z = s.depth.data(), *w = s.weight.data();
     const float *sx = s.nx.data(), *sy = s.ny.data(), *sz = s.nz.data();
+#pragma omp simd
     for (int u = begin; u < end; ++u) {
       const float d = front[u] - offset, step = z[u] - front[u];
       const bool same = step <= constant + quadratic * d * d;
-      const float used = same ? w[u] : 0.0f;
+      const float all = w[u];
+      const float used = same ? all : 0.0f;
       weight[u] += used;
       depth[u] += used * step;
       nx[u] += used * sx[u];
       ny[u] += used * sy[u];
       nz[u] += used * sz[u];
-      behind[u] += same ? 0.0f : w[u];
+      behind[u] += all - used;
     }
   }
 }
 
-/** Removes the nearest surface from one column: hardly any weight says that it exists. */
+/** Removes the nearest surface from one column: hardly any weight says that it exists.
+ */
 void
-removeFront(std::vector<RowSamples>& samples, const VirtualDepthOptions& options, int column,
-            float front)
+removeFront(std::vector<RowSamples>& samples, const VirtualDepthOptions& options,
+            int column, float front)
 {
   const std::size_t u = static_cast<std::size_t>(column);
-  const double reach = options.merge_sigmas * std::sqrt(2.0) * options.noise.sigma(front);
+  const double reach =
+      options.merge_sigmas * std::sqrt(2.0) * options.noise.sigma(front);
   for (RowSamples& s : samples)
     if (s.depth[u] - front <= static_cast<float>(reach)) {
       s.depth[u] = FAR_AWAY;
@@ -150,8 +179,7 @@ writeRow(const RowSums& sums, int row, VirtualDepth& out)
 
 void
 mergeViews(const std::vector<Contribution>& contributions,
-           const VirtualDepthOptions& options,
-           VirtualDepth& out)
+           const VirtualDepthOptions& options, VirtualDepth& out)
 {
   const int width = out.camera.width;
 #pragma omp parallel num_threads(resolveThreads(options.num_threads))

@@ -16,11 +16,10 @@ struct Contribution {
   Eigen::Vector3f center;   ///< of the view, in the virtual frame
 };
 
-/** Equation (6): the weighted average, in each virtual pixel, of those that show the nearest
- *  surface. Fills the images of `out`. */
+/** Equation (6): the weighted average, in each virtual pixel, of those that show the
+ * nearest surface. Fills the images of `out`. */
 void
 mergeViews(const std::vector<Contribution>& contributions,
-           const VirtualDepthOptions& options,
-           VirtualDepth& out);
+           const VirtualDepthOptions& options, VirtualDepth& out);
 
 } // namespace bundle_icp

@@ -13,7 +13,8 @@ namespace bundle_icp {
 namespace {
 
 constexpr int NEIGHBOURS = 12;
-/** A neighbourhood is planar when at most this share of its variance is off the plane. */
+/** A neighbourhood is planar when at most this share of its variance is off the plane.
+ */
 constexpr float MAX_OFF_PLANE = 0.05f;
 /** Normals that differ by more than 53 degrees belong to different surfaces. */
 constexpr float MIN_COSINE = 0.6f;
@@ -21,7 +22,8 @@ constexpr float MIN_COSINE = 0.6f;
 Eigen::Vector3f
 pointAt(const PointsView& view, int index)
 {
-  return Eigen::Map<const Eigen::Vector3f>(view.xyz + static_cast<std::size_t>(index) * view.stride);
+  return Eigen::Map<const Eigen::Vector3f>(view.xyz + static_cast<std::size_t>(index) *
+                                                          view.stride);
 }
 
 } // namespace
@@ -37,21 +39,25 @@ NearestMatcher::NearestMatcher(const AlignmentProblem& problem) : problem_(probl
 
 void
 NearestMatcher::findNearest(const SourcePoints& source, const Pose& pose,
-                            const Eigen::Vector3d& center, float max_distance, Matches& m) const
+                            const Eigen::Vector3d& center, float max_distance,
+                            Matches& m) const
 {
   const Eigen::Matrix3d rotation = pose.linear();
-  const float limit = std::min(std::numeric_limits<float>::max(), max_distance * max_distance);
+  const float limit =
+      std::min(std::numeric_limits<float>::max(), max_distance * max_distance);
 #pragma omp parallel num_threads(resolveThreads(problem_.num_threads))
   {
     std::vector<int> nearest;
 #pragma omp for schedule(static)
     for (std::size_t i = 0; i < source.size(); ++i) {
       const Eigen::Vector3d p =
-          rotation * Eigen::Vector3d(source.x[i], source.y[i], source.z[i]) + pose.translation();
+          rotation * Eigen::Vector3d(source.x[i], source.y[i], source.z[i]) +
+          pose.translation();
       const Eigen::Vector3f query = p.cast<float>();
       problem_.nearest(query.data(), 1, nearest);
-      const bool found = !nearest.empty() &&
-                         (pointAt(problem_.target, nearest[0]) - query).squaredNorm() <= limit;
+      const bool found =
+          !nearest.empty() &&
+          (pointAt(problem_.target, nearest[0]) - query).squaredNorm() <= limit;
       const Eigen::Vector3d relative = p - center;
       m.px[i] = static_cast<float>(relative.x());
       m.py[i] = static_cast<float>(relative.y());
@@ -97,7 +103,8 @@ NearestMatcher::prepareNormals(const std::vector<int>& targets)
       known_[static_cast<std::size_t>(t)] = 1;
       wanted.push_back(t);
     }
-#pragma omp parallel for num_threads(resolveThreads(problem_.num_threads)) schedule(static)
+#pragma omp parallel for num_threads(resolveThreads(problem_.num_threads))             \
+    schedule(static)
   for (std::size_t i = 0; i < wanted.size(); ++i)
     normals_[static_cast<std::size_t>(wanted[i])] = fitNormal(wanted[i]);
   std::size_t matched = 0, planar = 0;
@@ -145,7 +152,8 @@ NearestMatcher::fillPlanes(const SourcePoints& source, const Pose& pose,
 }
 
 void
-NearestMatcher::fillPoints(std::size_t size, const Eigen::Vector3d& center, Matches& m) const
+NearestMatcher::fillPoints(std::size_t size, const Eigen::Vector3d& center,
+                           Matches& m) const
 {
   Matches axes;
   axes.resize(3 * size);
@@ -170,8 +178,9 @@ NearestMatcher::fillPoints(std::size_t size, const Eigen::Vector3d& center, Matc
 }
 
 void
-NearestMatcher::match(const SourcePoints& source, const Pose& pose, const Eigen::Vector3d& center,
-                      float max_distance, Matches& matches)
+NearestMatcher::match(const SourcePoints& source, const Pose& pose,
+                      const Eigen::Vector3d& center, float max_distance,
+                      Matches& matches)
 {
   matches.resize(source.size());
   findNearest(source, pose, center, max_distance, matches);

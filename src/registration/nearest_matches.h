@@ -6,7 +6,8 @@
 
 namespace bundle_icp {
 
-/** Associates by nearest neighbours: for clouds without a grid, in any unit of length. */
+/** Associates by nearest neighbours: for clouds without a grid, in any unit of length.
+ */
 class NearestMatcher {
 public:
   explicit NearestMatcher(const AlignmentProblem& problem);
@@ -19,15 +20,16 @@ public:
 
 private:
   void
-  findNearest(const SourcePoints& source, const Pose& pose, const Eigen::Vector3d& center,
-              float max_distance, Matches& matches) const;
+  findNearest(const SourcePoints& source, const Pose& pose,
+              const Eigen::Vector3d& center, float max_distance,
+              Matches& matches) const;
   void
   prepareNormals(const std::vector<int>& targets);
   Eigen::Vector3f
   fitNormal(int target) const;
   void
-  fillPlanes(const SourcePoints& source, const Pose& pose, const Eigen::Vector3d& center,
-             Matches& matches) const;
+  fillPlanes(const SourcePoints& source, const Pose& pose,
+             const Eigen::Vector3d& center, Matches& matches) const;
   void
   fillPoints(std::size_t size, const Eigen::Vector3d& center, Matches& matches) const;
 

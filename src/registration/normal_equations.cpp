@@ -56,7 +56,8 @@ solve(const DenseSystem& dense, double variance_factor, const VisualSystem& visu
     const Vector6d direction = eigen.eigenvectors().col(k);
     const double information = eigen.eigenvalues()[k];
     const double limit = observability.max_deviation;
-    if (information > observability.min_share * weight && information * limit * limit > 1)
+    if (information > observability.min_share * weight &&
+        information * limit * limit > 1)
       held += direction * direction.transpose();
     else
       step.degenerate.push_back((S * direction).normalized());

@@ -15,27 +15,30 @@ struct VisualSystem {
   double squared_inliers = 0; ///< [m^2]
 };
 
-/** \param scale factor by which the true standard deviations exceed those of the weights. */
+/** \param scale factor by which the true standard deviations exceed those of the
+ * weights. */
 VisualSystem
 accumulateVisual(const VisualCorrespondences& visual, const Pose& pose,
                  const Eigen::Vector3d& center, double scale);
 
 /** What decides whether a direction is held by the surfaces. */
 struct Observability {
-  double length = 1;            ///< that makes rotations comparable to translations [m]
-  double min_share = 5e-4;      ///< of the weight that must hold a direction
-  double max_deviation = 1e300; ///< largest standard deviation of a direction that counts as held [m]
+  double length = 1;       ///< that makes rotations comparable to translations [m]
+  double min_share = 5e-4; ///< of the weight that must hold a direction
+  double max_deviation =
+      1e300; ///< largest standard deviation of a direction that counts as held [m]
 };
 
 /** A Gauss-Newton step about the centre, without the directions that nothing holds. */
 struct Step {
   Vector6d delta = Vector6d::Zero();
-  Matrix6d information = Matrix6d::Zero(); ///< of dense terms where they hold, and visual ones
-  std::vector<Vector6d> degenerate;        ///< directions that the surfaces do not hold
+  Matrix6d information =
+      Matrix6d::Zero();             ///< of dense terms where they hold, and visual ones
+  std::vector<Vector6d> degenerate; ///< directions that the surfaces do not hold
 };
 
-/** \param variance_factor by which dense terms overstate their information: correlation and
- *  observed noise. */
+/** \param variance_factor by which dense terms overstate their information: correlation
+ * and observed noise. */
 Step
 solve(const DenseSystem& dense, double variance_factor, const VisualSystem& visual,
       const Observability& observability);

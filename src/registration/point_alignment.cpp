@@ -14,33 +14,37 @@
 namespace bundle_icp {
 namespace {
 
-/** Source points used by the last level at most: more do not add independent measurements. */
+/** Source points used by the last level at most: more do not add independent
+ * measurements. */
 constexpr double POINTS_OF_LAST_LEVEL = 80000;
 /** No level has fewer, unless the source has. */
 constexpr double MIN_POINTS_OF_LEVEL = 500;
-/** Largest distance of a projective match, and misalignment allowed for, on the levels [m]. */
+/** Largest distance of a projective match, and misalignment allowed for, on the levels
+ * [m]. */
 constexpr MatchTolerance LEVEL_TOLERANCE[] = {{0.5f, 0.1f}, {0.3f, 0.03f}, {0.15f, 0}};
-/** With nearest neighbours, whose unit of length is unknown, the same is a share of the root
- *  mean square distance. */
+/** With nearest neighbours, whose unit of length is unknown, the same is a share of the
+ * root mean square distance. */
 constexpr double LEVEL_RMS_SHARE[] = {1, 0.3, 0};
 /** Share of the iterations that may be spent up to the end of a level. */
 constexpr double LEVEL_BUDGET[] = {0.4, 0.7, 1};
-/** Observed noise counts as at least this share of the model's: residuals of exact data must
- *  not declare every curvature an outlier. */
+/** Observed noise counts as at least this share of the model's: residuals of exact data
+ * must not declare every curvature an outlier. */
 constexpr double MIN_SCALE = 0.25;
 /** The virtual depth is rendered anew when the pose has moved further than this. */
 constexpr double RENDER_DISTANCE = 0.02, RENDER_ANGLE = 2 * M_PI / 180;
 constexpr int MAX_RENDERINGS = 4;
 /** Pixels of one independent measurement, at a focal length of 525 px. */
 constexpr double CORRELATED_PIXELS = 81, CORRELATED_FOCAL = 525;
-/** A direction of projective association that is known no better than this is not held [m]. */
+/** A direction of projective association that is known no better than this is not held
+ * [m]. */
 constexpr double MAX_DEVIATION = 0.02;
 
 class Aligner {
 public:
   Aligner(const AlignmentProblem& problem, const Pose& guess)
-  : problem_(problem), nearest_(problem), pose_(guess)
-  {}
+      : problem_(problem), nearest_(problem), pose_(guess)
+  {
+  }
 
   Alignment
   run();
@@ -102,8 +106,9 @@ Aligner::startFromVisualEvidence()
     out_.result.visual_initial_pose = true;
   }
   else if (!problem_.visual.source.empty())
-    PCL_DEBUG("[bundle_icp::BundleICP::align] %zu visual correspondences support no pose\n",
-              problem_.visual.source.size());
+    PCL_DEBUG(
+        "[bundle_icp::BundleICP::align] %zu visual correspondences support no pose\n",
+        problem_.visual.source.size());
 }
 
 bool
@@ -112,7 +117,8 @@ Aligner::renderAgain()
   if (!problem_.render || !grid_ || out_.result.renderings >= MAX_RENDERINGS)
     return false;
   const Pose moved = grid_->world_from_virtual.inverse() * pose_;
-  if (moved.translation().norm() <= RENDER_DISTANCE && rotationAngle(moved) <= RENDER_ANGLE)
+  if (moved.translation().norm() <= RENDER_DISTANCE &&
+      rotationAngle(moved) <= RENDER_ANGLE)
     return false;
   ++out_.result.renderings;
   std::string reason = "nothing was rendered";
@@ -134,14 +140,17 @@ void
 Aligner::selectLevels()
 {
   const double points = static_cast<double>(problem_.source_indices->size());
-  const int last = std::max(1, static_cast<int>(std::lround(std::sqrt(points / POINTS_OF_LAST_LEVEL))));
+  const int last = std::max(
+      1, static_cast<int>(std::lround(std::sqrt(points / POINTS_OF_LAST_LEVEL))));
   const double focal = problem_.camera ? problem_.camera->fx : CORRELATED_FOCAL;
-  const int sparsest = std::max(1, static_cast<int>(std::sqrt(points / MIN_POINTS_OF_LEVEL)));
+  const int sparsest =
+      std::max(1, static_cast<int>(std::sqrt(points / MIN_POINTS_OF_LEVEL)));
   for (const int wanted : {4 * last, 2 * last, last}) {
     const int stride = std::min(wanted, sparsest);
     SourcePoints level = selectSource(problem_, stride);
-    level.patch = std::max(1.0, CORRELATED_PIXELS * std::pow(focal / CORRELATED_FOCAL, 2) /
-                                    (stride * stride));
+    level.patch =
+        std::max(1.0, CORRELATED_PIXELS * std::pow(focal / CORRELATED_FOCAL, 2) /
+                          (stride * stride));
     if (!grid_)
       level.patch = 1;
     levels_.push_back(std::move(level));
@@ -153,9 +162,11 @@ Aligner::prepare()
 {
   if (problem_.camera && problem_.source.height > 1) {
     std::string reason;
-    grid_ = makeTargetGrid(problem_, problem_.target, problem_.world_from_virtual, reason);
+    grid_ =
+        makeTargetGrid(problem_, problem_.target, problem_.world_from_virtual, reason);
     if (!grid_)
-      PCL_WARN("[bundle_icp::BundleICP::align] Associating by kd-tree: %s\n", reason.c_str());
+      PCL_WARN("[bundle_icp::BundleICP::align] Associating by kd-tree: %s\n",
+               reason.c_str());
   }
   out_.result.projective = grid_.has_value();
   startFromVisualEvidence();
@@ -173,7 +184,8 @@ Aligner::prepare()
   }
   mean /= static_cast<double>(all.size());
   center_ = pose_ * mean;
-  length_ = std::max(1e-9, std::sqrt(squared / static_cast<double>(all.size()) - mean.squaredNorm()));
+  length_ = std::max(
+      1e-9, std::sqrt(squared / static_cast<double>(all.size()) - mean.squaredNorm()));
   return true;
 }
 
@@ -261,9 +273,11 @@ Aligner::runLevel(std::size_t level)
     if (at.dense.matched < 6)
       return false;
     iterate(at);
-    const double mean = at.dense.squared_error / std::max(1e-300, at.dense.weight_metric);
-    const bool settled = mean_squared_ >= 0 && problem_.fitness_epsilon > 0 &&
-                         std::abs(mean - mean_squared_) < problem_.fitness_epsilon * mean_squared_;
+    const double mean =
+        at.dense.squared_error / std::max(1e-300, at.dense.weight_metric);
+    const bool settled =
+        mean_squared_ >= 0 && problem_.fitness_epsilon > 0 &&
+        std::abs(mean - mean_squared_) < problem_.fitness_epsilon * mean_squared_;
     mean_squared_ = mean;
     if (settled || converged(out_.last_step, level))
       return true;
@@ -271,8 +285,8 @@ Aligner::runLevel(std::size_t level)
   return false;
 }
 
-/** True when the visual correspondences agree clearly less with the refined pose than with
- *  their own: more than noise and a systematic error of either sensor explain. */
+/** True when the visual correspondences agree clearly less with the refined pose than
+ * with their own: more than noise and a systematic error of either sensor explain. */
 bool
 Aligner::breaksVisualEvidence() const
 {
@@ -280,7 +294,8 @@ Aligner::breaksVisualEvidence() const
     return false;
   const VisualSystem before =
       accumulateVisual(problem_.visual, initial_pose_, center_, visual_pose_->scale);
-  const VisualSystem after = accumulateVisual(problem_.visual, pose_, center_, visual_pose_->scale);
+  const VisualSystem after =
+      accumulateVisual(problem_.visual, pose_, center_, visual_pose_->scale);
   return after.cost > 1.3 * before.cost + 20 ||
          static_cast<double>(after.inliers) < 0.7 * static_cast<double>(before.inliers);
 }
@@ -289,15 +304,18 @@ void
 Aligner::report(const Evaluation& at)
 {
   BundleICPResult& result = out_.result;
-  const std::size_t used = matches_.size() >= 3 * source_->size() ? 3 * source_->size() : source_->size();
+  const std::size_t used =
+      matches_.size() >= 3 * source_->size() ? 3 * source_->size() : source_->size();
   result.inliers = at.dense.inliers * source_->size() / std::max<std::size_t>(1, used);
   result.overlap = static_cast<double>(at.dense.inliers) / static_cast<double>(used);
-  result.rmse = std::sqrt(at.dense.squared_inliers / std::max<double>(1, static_cast<double>(result.inliers)));
+  result.rmse = std::sqrt(at.dense.squared_inliers /
+                          std::max<double>(1, static_cast<double>(result.inliers)));
   const VisualSystem visual = accumulateVisual(problem_.visual, pose_, center_,
                                                visual_pose_ ? visual_pose_->scale : 1);
   result.visual_inliers = visual.inliers;
   result.visual_rmse =
-      std::sqrt(visual.squared_inliers / std::max<double>(1, static_cast<double>(visual.inliers)));
+      std::sqrt(visual.squared_inliers /
+                std::max<double>(1, static_cast<double>(visual.inliers)));
   // From motions about the centre to motions about the origin of the world.
   Matrix6d to_center = Matrix6d::Identity(), to_origin = to_center;
   to_center.bottomLeftCorner<3, 3>() = -crossMatrix(center_);

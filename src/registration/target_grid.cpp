@@ -10,28 +10,33 @@
 namespace bundle_icp {
 namespace {
 
-/** Median offset from its own pixel, above which a target was not seen from the given pose. */
+/** Median offset from its own pixel, above which a target was not seen from the given
+ * pose. */
 constexpr double MAX_OFFSET = 3;
 
 Eigen::Vector3d
 pointAt(const PointsView& view, std::size_t index)
 {
-  return Eigen::Map<const Eigen::Vector3f>(view.xyz + index * view.stride).cast<double>();
+  return Eigen::Map<const Eigen::Vector3f>(view.xyz + index * view.stride)
+      .cast<double>();
 }
 
 /** Median distance [px] between where points project and their place in the grid. */
 double
-gridOffset(const PointsView& target, const CameraIntrinsics& camera, const Pose& virtual_from_world)
+gridOffset(const PointsView& target, const CameraIntrinsics& camera,
+           const Pose& virtual_from_world)
 {
   std::vector<double> offsets;
-  // About 4000 samples; the step shares no factor with usual widths, so that columns vary.
+  // About 4000 samples; the step shares no factor with usual widths, so that columns
+  // vary.
   const std::size_t step = std::max<std::size_t>(1, target.size / 4000) | 1;
   for (std::size_t i = 0; i < target.size; i += step) {
     const Eigen::Vector3d p = virtual_from_world * pointAt(target, i);
     if (!p.allFinite())
       continue;
-    const Eigen::Vector2d place(static_cast<double>(i % static_cast<std::size_t>(target.width)),
-                                static_cast<double>(i / static_cast<std::size_t>(target.width)));
+    const Eigen::Vector2d place(
+        static_cast<double>(i % static_cast<std::size_t>(target.width)),
+        static_cast<double>(i / static_cast<std::size_t>(target.width)));
     offsets.push_back(p.z() > 0 ? (camera.project(p) - place).norm() : 1e9);
   }
   if (offsets.empty())
@@ -49,7 +54,8 @@ computeNormals(const AlignmentProblem& problem, TargetGrid& grid)
   cv::Mat depth(points.height, points.width, CV_32F);
   const Pose virtual_from_world = grid.world_from_virtual.inverse();
   for (std::size_t i = 0; i < points.size; ++i)
-    depth.ptr<float>()[i] = static_cast<float>((virtual_from_world * pointAt(points, i)).z());
+    depth.ptr<float>()[i] =
+        static_cast<float>((virtual_from_world * pointAt(points, i)).z());
   VirtualDepthOptions options;
   options.noise = problem.noise;
   options.num_threads = problem.num_threads;
@@ -110,8 +116,9 @@ makeTargetGrid(const AlignmentProblem& problem, const PointsView& target,
   }
   const double offset = gridOffset(target, grid.camera, world_from_virtual.inverse());
   if (offset > MAX_OFFSET) {
-    reason = "the target's points project " + std::to_string(offset) +
-             " px from their place in its grid; was it rendered at the virtual depth pose?";
+    reason =
+        "the target's points project " + std::to_string(offset) +
+        " px from their place in its grid; was it rendered at the virtual depth pose?";
     return std::nullopt;
   }
   if (!hasUnitNormals(target))

@@ -8,7 +8,8 @@
 
 namespace bundle_icp {
 
-/** The target as projective association needs it: with normals, and the camera of its grid. */
+/** The target as projective association needs it: with normals, and the camera of its
+ * grid. */
 struct TargetGrid {
   PointsView points;
   CameraIntrinsics camera;

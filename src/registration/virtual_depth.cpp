@@ -28,8 +28,9 @@ checkViews(const std::vector<RegisteredView>& views)
         view->normals.size() != size || view->weight.size() != size ||
         !view->depth.isContinuous() || !view->normals.isContinuous() ||
         !view->weight.isContinuous())
-      throw pcl::BadArgumentException(name + " does not come from makeDepthView: type or "
-                                             "size of its images do not fit its camera");
+      throw pcl::BadArgumentException(name +
+                                      " does not come from makeDepthView: type or "
+                                      "size of its images do not fit its camera");
     if (!isRigid(views[i].world_from_camera.matrix()))
       throw pcl::BadArgumentException(name + " has a pose that is not a rigid motion");
   }
@@ -41,13 +42,14 @@ warpViews(const std::vector<RegisteredView>& views, const VirtualDepth& out,
 {
   std::vector<Contribution> contributions(views.size());
   const Pose virtual_from_world = out.world_from_camera.inverse();
-#pragma omp parallel for num_threads(resolveThreads(options.num_threads)) schedule(dynamic, 1)
+#pragma omp parallel for num_threads(resolveThreads(options.num_threads))              \
+    schedule(dynamic, 1)
   for (std::size_t i = 0; i < views.size(); ++i) {
     const Pose virtual_from_view = virtual_from_world * views[i].world_from_camera;
-    contributions[i] = {views[i].view,
-                        warpView(*views[i].view, out.camera, virtual_from_view, options),
-                        virtual_from_view.linear().cast<float>(),
-                        virtual_from_view.translation().cast<float>()};
+    contributions[i] = {
+        views[i].view, warpView(*views[i].view, out.camera, virtual_from_view, options),
+        virtual_from_view.linear().cast<float>(),
+        virtual_from_view.translation().cast<float>()};
   }
   return contributions;
 }
@@ -67,18 +69,20 @@ makePoint(const Eigen::Vector3f& position, const cv::Vec3f& normal, float sigma)
 /** Organized cloud of a depth image; `sigma(v, u)` gives the standard deviation. */
 template <typename Sigma>
 pcl::PointCloud<pcl::PointXYZRGBNormal>::Ptr
-organizedCloud(const cv::Mat& depth, const cv::Mat& normals, const CameraIntrinsics& camera,
-               const Pose& target_from_camera, const Sigma& sigma)
+organizedCloud(const cv::Mat& depth, const cv::Mat& normals,
+               const CameraIntrinsics& camera, const Pose& target_from_camera,
+               const Sigma& sigma)
 {
-  pcl::PointCloud<pcl::PointXYZRGBNormal>::Ptr cloud(new pcl::PointCloud<pcl::PointXYZRGBNormal>);
+  pcl::PointCloud<pcl::PointXYZRGBNormal>::Ptr cloud(
+      new pcl::PointCloud<pcl::PointXYZRGBNormal>);
   cloud->resize(depth.total());
   cloud->width = static_cast<std::uint32_t>(depth.cols);
   cloud->height = static_cast<std::uint32_t>(depth.rows);
   cloud->is_dense = false;
   const Eigen::Matrix3d rotation = target_from_camera.linear();
   const Eigen::Matrix3f rotate = rotation.cast<float>();
-  const pcl::PointXYZRGBNormal nothing =
-      makePoint({NOT_SEEN, NOT_SEEN, NOT_SEEN}, {NOT_SEEN, NOT_SEEN, NOT_SEEN}, NOT_SEEN);
+  const pcl::PointXYZRGBNormal nothing = makePoint(
+      {NOT_SEEN, NOT_SEEN, NOT_SEEN}, {NOT_SEEN, NOT_SEEN, NOT_SEEN}, NOT_SEEN);
   for (int v = 0; v < depth.rows; ++v)
     for (int u = 0; u < depth.cols; ++u) {
       pcl::PointXYZRGBNormal& point =
@@ -92,7 +96,8 @@ organizedCloud(const cv::Mat& depth, const cv::Mat& normals, const CameraIntrins
           rotation * camera.unproject(u, v, z) + target_from_camera.translation();
       const cv::Vec3f n = normals.at<cv::Vec3f>(v, u);
       const Eigen::Vector3f turned = rotate * Eigen::Vector3f(n[0], n[1], n[2]);
-      point = makePoint(position.cast<float>(), {turned.x(), turned.y(), turned.z()}, sigma(v, u));
+      point = makePoint(position.cast<float>(), {turned.x(), turned.y(), turned.z()},
+                        sigma(v, u));
     }
   return cloud;
 }
@@ -124,15 +129,15 @@ VirtualDepthOptions::isValid(std::string* error) const
 
 VirtualDepth
 renderVirtualDepth(const std::vector<RegisteredView>& views,
-                   const CameraIntrinsics& camera,
-                   const Pose& world_from_virtual,
+                   const CameraIntrinsics& camera, const Pose& world_from_virtual,
                    const VirtualDepthOptions& options)
 {
   std::string error;
   if (!options.isValid(&error) || !camera.isValid(&error))
     throw pcl::BadArgumentException("renderVirtualDepth: " + error);
   if (!isRigid(world_from_virtual.matrix()))
-    throw pcl::BadArgumentException("renderVirtualDepth: the virtual pose is not a rigid motion");
+    throw pcl::BadArgumentException(
+        "renderVirtualDepth: the virtual pose is not a rigid motion");
   checkViews(views);
   VirtualDepth out;
   out.camera = camera.undistorted();
@@ -148,10 +153,10 @@ renderVirtualDepth(const std::vector<RegisteredView>& views,
 pcl::PointCloud<pcl::PointXYZRGBNormal>::Ptr
 toPointCloud(const VirtualDepth& virtual_depth)
 {
-  return organizedCloud(virtual_depth.depth, virtual_depth.normals, virtual_depth.camera,
-                        virtual_depth.world_from_camera, [&](int v, int u) {
-                          return std::sqrt(virtual_depth.variance.at<float>(v, u));
-                        });
+  return organizedCloud(
+      virtual_depth.depth, virtual_depth.normals, virtual_depth.camera,
+      virtual_depth.world_from_camera,
+      [&](int v, int u) { return std::sqrt(virtual_depth.variance.at<float>(v, u)); });
 }
 
 pcl::PointCloud<pcl::PointXYZRGBNormal>::Ptr

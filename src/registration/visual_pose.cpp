@@ -17,7 +17,8 @@ constexpr int REWEIGHTINGS = 10;
 /** Probability with which RANSAC must have met a sample without outliers. */
 constexpr double CONFIDENCE = 0.999;
 
-/** Weighted rigid least squares (Umeyama 1991 without scale); unset for a degenerate set. */
+/** Weighted rigid least squares (Umeyama 1991 without scale); unset for a degenerate
+ * set. */
 std::optional<Pose>
 fitPose(const VisualCorrespondences& c, const std::vector<double>& weights)
 {
@@ -36,8 +37,8 @@ fitPose(const VisualCorrespondences& c, const std::vector<double>& weights)
   for (std::size_t i = 0; i < weights.size(); ++i)
     covariance += weights[i] / sum * (c.target[i] - target_mean) *
                   (c.source[i] - source_mean).transpose();
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance,
-                                              Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance, Eigen::ComputeFullU |
+                                                              Eigen::ComputeFullV);
   // Points on a line leave the rotation about it open.
   if (svd.singularValues()[1] < 1e-4 * svd.singularValues()[0] ||
       !(svd.singularValues()[0] > 0))
@@ -62,11 +63,13 @@ squaredErrors(const VisualCorrespondences& c, const Pose& pose)
 
 /** Cost of a sample's pose: squared errors, those of outliers cut off (MSAC). */
 double
-truncatedCost(const VisualCorrespondences& c, const Pose& pose, double limit, double best)
+truncatedCost(const VisualCorrespondences& c, const Pose& pose, double limit,
+              double best)
 {
   double cost = 0;
   for (std::size_t i = 0; i < c.source.size() && cost < best; ++i)
-    cost += std::min(limit, c.weights[i] * (pose * c.source[i] - c.target[i]).squaredNorm());
+    cost += std::min(limit,
+                     c.weights[i] * (pose * c.source[i] - c.target[i]).squaredNorm());
   return cost;
 }
 
@@ -83,7 +86,8 @@ drawSample(std::mt19937_64& random, std::size_t size)
 
 /** True when the three sides agree within noise: a rigid motion keeps distances. */
 bool
-keepsDistances(const VisualCorrespondences& c, const std::array<std::size_t, 3>& sample, double sigmas)
+keepsDistances(const VisualCorrespondences& c, const std::array<std::size_t, 3>& sample,
+               double sigmas)
 {
   for (std::size_t k = 0; k < 3; ++k) {
     const std::size_t i = sample[k], j = sample[(k + 1) % 3];
@@ -128,12 +132,14 @@ sampleConsensus(const VisualCorrespondences& c, const VisualPoseOptions& options
   return best;
 }
 
-/** Robust standard deviation, in units of the expected one, of 3-vectors with these squared
- *  normalised lengths; at least 1. The median of chi-squared with 3 degrees is 2.366. */
+/** Robust standard deviation, in units of the expected one, of 3-vectors with these
+ * squared normalised lengths; at least 1. The median of chi-squared with 3 degrees
+ * is 2.366. */
 double
 observedScale(std::vector<double> squared, double limit)
 {
-  squared.erase(std::remove_if(squared.begin(), squared.end(), [&](double e) { return e > limit; }),
+  squared.erase(std::remove_if(squared.begin(), squared.end(),
+                               [&](double e) { return e > limit; }),
                 squared.end());
   if (squared.empty())
     return 1;
@@ -169,8 +175,8 @@ refine(const VisualCorrespondences& c, Pose pose, double limit)
 bool
 VisualPoseOptions::isValid(std::string* error) const
 {
-  const bool valid = std::isfinite(inlier_sigmas) && inlier_sigmas > 0 && min_inliers >= 3 &&
-                     max_samples > 0;
+  const bool valid = std::isfinite(inlier_sigmas) && inlier_sigmas > 0 &&
+                     min_inliers >= 3 && max_samples > 0;
   if (!valid && error)
     *error = "visual pose options: inlier_sigmas and max_samples must be positive, "
              "min_inliers at least 3";
@@ -193,14 +199,15 @@ isValid(const VisualCorrespondences& c, std::string* error)
     if (!c.source[i].allFinite() || !c.target[i].allFinite())
       return fail("point " + std::to_string(i) + " is not finite");
     if (!std::isfinite(c.weights[i]) || c.weights[i] <= 0)
-      return fail("weight " + std::to_string(i) + " is " + std::to_string(c.weights[i]) +
-                  "; expected a positive number");
+      return fail("weight " + std::to_string(i) + " is " +
+                  std::to_string(c.weights[i]) + "; expected a positive number");
   }
   return true;
 }
 
 std::optional<VisualPose>
-estimateVisualPose(const VisualCorrespondences& correspondences, const VisualPoseOptions& options)
+estimateVisualPose(const VisualCorrespondences& correspondences,
+                   const VisualPoseOptions& options)
 {
   std::string error;
   if (!options.isValid(&error) || !isValid(correspondences, &error))

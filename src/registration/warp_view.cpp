@@ -16,17 +16,24 @@ namespace {
 constexpr float NEAR_PLANE = 0.05f;
 /** A mesh cell larger than this in the virtual view is too coarse to be of use [px]. */
 constexpr float MAX_CELL = 24;
-/** Overlap of neighbouring cells, as a share of a cell: closes the seams that rounding opens. */
+/** Smallest area of a cell [px^2]: a sliver carries no depth; negative means seen from
+ * behind. */
+constexpr float MIN_AREA = 1e-4f;
+/** Overlap of neighbouring cells, as a share of a cell: closes the seams that rounding
+ * opens. */
 constexpr float SEAM = 2e-3f;
 
-/** One row of the mesh's vertices in the virtual image, and which neighbours they link to. */
+/** One row of the mesh's vertices in the virtual image, and which neighbours they link
+ * to. */
 struct VertexRow {
   std::vector<float> u, v, inverse_z;
   std::vector<float> valid, link_right, link_down;
 
   explicit VertexRow(std::size_t width)
-  : u(width), v(width), inverse_z(width), valid(width), link_right(width), link_down(width)
-  {}
+      : u(width), v(width), inverse_z(width), valid(width), link_right(width),
+        link_down(width)
+  {
+  }
 };
 
 /** Pixel (column, row) at depth z of the view lies at z (origin + column x + row y) +
@@ -51,7 +58,8 @@ struct Warp {
 };
 
 BUNDLE_ICP_SIMD void
-warpRow(const float* z, const float* weight, int width, int row, const Warp& warp, VertexRow& out)
+warpRow(const float* z, const float* weight, int width, int row, const Warp& warp,
+        VertexRow& out)
 {
   float start[3];
   for (int i = 0; i < 3; ++i)
@@ -60,14 +68,18 @@ warpRow(const float* z, const float* weight, int width, int row, const Warp& war
   float* v = out.v.data();
   float* inverse = out.inverse_z.data();
   float* valid = out.valid.data();
+#pragma omp simd
   for (int c = 0; c < width; ++c) {
     const float column = static_cast<float>(c);
-    const float depth = weight[c] > 0 ? z[c] : 1.0f;
+    const float measured = z[c];
+    const bool usable = weight[c] > 0;
+    const float depth = usable ? measured : 1.0f;
     const float a = depth * (start[0] + column * warp.x[0]) + warp.translation[0];
     const float b = depth * (start[1] + column * warp.x[1]) + warp.translation[1];
     const float w = depth * (start[2] + column * warp.x[2]) + warp.translation[2];
-    const bool in_front = weight[c] > 0 && w > NEAR_PLANE;
-    inverse[c] = 1 / (in_front ? w : 1.0f);
+    const bool in_front = usable & (w > NEAR_PLANE);
+    const float divisor = in_front ? w : 1.0f;
+    inverse[c] = 1 / divisor;
     u[c] = a * inverse[c];
     v[c] = b * inverse[c];
     valid[c] = in_front ? 1.0f : 0.0f;
@@ -78,6 +90,7 @@ BUNDLE_ICP_SIMD void
 linkVertices(const float* a, const float* b, const float* valid_a, const float* valid_b,
              int width, SurfaceLink linked, float* links)
 {
+#pragma omp simd
   for (int c = 0; c < width; ++c)
     links[c] = linked(a[c], b[c]) * valid_a[c] * valid_b[c];
 }
@@ -90,24 +103,24 @@ struct Vertex {
 class Target {
 public:
   Target(const CameraIntrinsics& camera, const VirtualDepthOptions& options)
-  : width(camera.width), height(camera.height), inverse(height, width, CV_32F),
-    source(height, width, CV_32S), count_(height, width, CV_32F),
-    constant_(static_cast<float>(options.merge_sigmas * options.noise.constant)),
-    quadratic_(static_cast<float>(options.merge_sigmas * options.noise.quadratic)),
-    offset_(static_cast<float>(options.noise.offset))
+      : width(camera.width), height(camera.height), inverse(height, width, CV_32F),
+        source(height, width, CV_32S), count_(height, width, CV_32F),
+        constant_(static_cast<float>(options.merge_sigmas * options.noise.constant)),
+        quadratic_(static_cast<float>(options.merge_sigmas * options.noise.quadratic)),
+        offset_(static_cast<float>(options.noise.offset))
   {
     inverse.setTo(0);
     source.setTo(-1);
     count_.setTo(0);
   }
 
-  /** Noise folds a mesh that is seen from aside, so that a pixel meets its surface several
-   *  times. These are averaged: taking the nearest would pull the surface to the camera. */
+  /** Noise folds a mesh that is seen from aside, so that a pixel meets its surface
+   * several times. These are averaged: taking the nearest would pull the surface to the
+   * camera. */
   void
-  add(int u, int v, float inverse_z, int pixel)
+  add(int index, float inverse_z, int pixel)
   {
-    const std::size_t at = static_cast<std::size_t>(v) * static_cast<std::size_t>(width) +
-                           static_cast<std::size_t>(u);
+    const std::size_t at = static_cast<std::size_t>(index);
     float& held = inverse_[at];
     float& count = counts_[at];
     if (held == 0) {
@@ -141,24 +154,34 @@ private:
   float constant_, quadratic_, offset_;
 };
 
-/** A cell of the mesh: corner `o`, the ends `a` and `b` of the two edges that leave it, and
- *  for a whole quad the corner `c` opposite to it. */
+/** A cell of the mesh: corner `o`, the ends `a` and `b` of the two edges that leave it,
+ * and for a whole quad the corner `c` opposite to it. */
 struct Cell {
   Vertex o, a, b, c;
   bool quad;
   int pixel_o, step_a, step_b; // source pixel of o, and steps to those of a and b
 };
 
-/** Pixels whose centres lie in the bounding box of a cell; empty when u0 > u1 or v0 > v1. */
+/** Pixels whose centres lie in the bounding box of a cell; empty when u0 > u1 or v0 >
+ * v1. */
 struct Box {
   int u0, u1, v0, v1;
 };
 
-/** The same for a whole row of quads. */
-struct RowBoxes {
+/** The same for a whole row of quads. Most quads meet one pixel; that is rendered here.
+ */
+struct RowCells {
   std::vector<int> u0, u1, v0, v1;
+  std::vector<int> single; // 1 = rendered by the three below
+  std::vector<int> index;  // pixel that is met, -1 = none
+  std::vector<int> source;
+  std::vector<float> inverse_z;
 
-  explicit RowBoxes(std::size_t width) : u0(width), u1(width), v0(width), v1(width) {}
+  explicit RowCells(std::size_t width)
+      : u0(width), u1(width), v0(width), v1(width), single(width), index(width),
+        source(width), inverse_z(width)
+  {
+  }
 };
 
 inline float
@@ -173,7 +196,8 @@ larger(float a, float b)
   return a > b ? a : b;
 }
 
-/** First and last pixel between two coordinates, with the seam; empty for a cell too large. */
+/** First and last pixel between two coordinates, with the seam; empty for a cell too
+ * large. */
 inline void
 pixelRange(float low, float high, float size, int& first, int& last)
 {
@@ -186,15 +210,18 @@ pixelRange(float low, float high, float size, int& first, int& last)
 }
 
 BUNDLE_ICP_SIMD void
-boundQuads(const VertexRow& top, const VertexRow& bottom, int quads, const Target& target,
-           RowBoxes& boxes)
+boundQuads(const VertexRow& top, const VertexRow& bottom, int quads,
+           const Target& target, RowCells& cells)
 {
   const float *tu = top.u.data(), *tv = top.v.data();
   const float *bu = bottom.u.data(), *bv = bottom.v.data();
   const float *right = top.link_right.data(), *below = bottom.link_right.data();
   const float* down = top.link_down.data();
-  int *u0 = boxes.u0.data(), *u1 = boxes.u1.data(), *v0 = boxes.v0.data(), *v1 = boxes.v1.data();
-  const float width = static_cast<float>(target.width), height = static_cast<float>(target.height);
+  int *u0 = cells.u0.data(), *u1 = cells.u1.data(), *v0 = cells.v0.data(),
+      *v1 = cells.v1.data();
+  const float width = static_cast<float>(target.width),
+              height = static_cast<float>(target.height);
+#pragma omp simd
   for (int c = 0; c < quads; ++c) {
     const float u_min = smaller(smaller(tu[c], tu[c + 1]), smaller(bu[c], bu[c + 1]));
     const float u_max = larger(larger(tu[c], tu[c + 1]), larger(bu[c], bu[c + 1]));
@@ -208,14 +235,58 @@ boundQuads(const VertexRow& top, const VertexRow& bottom, int quads, const Targe
   }
 }
 
+/** Renders the quads that meet a single pixel: as renderCell(), for a whole row. */
+BUNDLE_ICP_SIMD void
+sampleQuads(const VertexRow& top, const VertexRow& bottom, int quads, int row,
+            int image_width, RowCells& cells)
+{
+  const float *tu = top.u.data(), *tv = top.v.data(), *tz = top.inverse_z.data();
+  const float *bu = bottom.u.data(), *bv = bottom.v.data(),
+              *bz = bottom.inverse_z.data();
+  const float *right = top.link_right.data(), *below = bottom.link_right.data();
+  const float* down = top.link_down.data();
+  const int *u0 = cells.u0.data(), *u1 = cells.u1.data();
+  const int *v0 = cells.v0.data(), *v1 = cells.v1.data();
+  int *single = cells.single.data(), *index = cells.index.data(),
+      *source = cells.source.data();
+  float* inverse = cells.inverse_z.data();
+  const int first = row * (quads + 1);
+#pragma omp simd
+  for (int c = 0; c < quads; ++c) {
+    const float ax = tu[c + 1] - tu[c], ay = tv[c + 1] - tv[c];
+    const float bx = bu[c] - tu[c], by = bv[c] - tv[c];
+    const float gx = bu[c + 1] - tu[c + 1] - bx, gy = bv[c + 1] - tv[c + 1] - by;
+    const float determinant = ax * by - ay * bx, scale = 1 / determinant;
+    const float x = static_cast<float>(u0[c]) - tu[c],
+                y = static_cast<float>(v0[c]) - tv[c];
+    float s = (x * by - y * bx) * scale, t = (ax * y - ay * x) * scale;
+    const float xk = x - s * t * gx, yk = y - s * t * gy;
+    s = (xk * by - yk * bx) * scale;
+    t = (ax * yk - ay * xk) * scale;
+    const float da = tz[c + 1] - tz[c], db = bz[c] - tz[c],
+                dc = bz[c + 1] - tz[c + 1] - db;
+    inverse[c] = tz[c] + s * da + t * db + s * t * dc;
+    const int step_a = s > 0.5f ? 1 : 0, step_b = t > 0.5f ? quads + 1 : 0;
+    source[c] = first + c + step_a + step_b;
+    // The distance by which the pixel lies outside, so that one comparison decides.
+    const float outside = larger(larger(-s, -t), larger(s, t) - 1);
+    const float area = outside <= SEAM ? determinant : 0.0f;
+    const int at = v0[c] * image_width + u0[c];
+    index[c] = area > MIN_AREA ? at : -1;
+    const int pixels = u1[c] - u0[c] + v1[c] - v0[c];
+    const float links = right[c] + below[c] + down[c] + down[c + 1];
+    const int whole = links >= 4 ? 0 : 1;
+    single[c] = (pixels | whole) == 0 ? 1 : 0;
+  }
+}
+
 inline void
 renderCell(const Cell& cell, const Box& box, Target& target)
 {
   const float ax = cell.a.u - cell.o.u, ay = cell.a.v - cell.o.v;
   const float bx = cell.b.u - cell.o.u, by = cell.b.v - cell.o.v;
   const float determinant = ax * by - ay * bx;
-  // Turned around means seen from behind; a sliver carries no depth.
-  if (determinant <= 1e-4f)
+  if (determinant <= MIN_AREA)
     return;
   const float scale = 1 / determinant;
   const float gx = cell.quad ? cell.c.u - cell.a.u - bx : 0;
@@ -225,17 +296,19 @@ renderCell(const Cell& cell, const Box& box, Target& target)
   const float dc = cell.quad ? cell.c.inverse_z - cell.a.inverse_z - db : 0;
   for (int v = box.v0; v <= box.v1; ++v)
     for (int u = box.u0; u <= box.u1; ++u) {
-      const float x = static_cast<float>(u) - cell.o.u, y = static_cast<float>(v) - cell.o.v;
+      const float x = static_cast<float>(u) - cell.o.u,
+                  y = static_cast<float>(v) - cell.o.v;
       float s = (x * by - y * bx) * scale, t = (ax * y - ay * x) * scale;
       // A quad is nearly a parallelogram: a fixed-point step inverts its bilinear map.
       const float xk = x - s * t * gx, yk = y - s * t * gy;
       s = (xk * by - yk * bx) * scale;
       t = (ax * yk - ay * xk) * scale;
-      const bool inside = s >= -SEAM && t >= -SEAM &&
-                          (cell.quad ? larger(s, t) : s + t) <= 1 + SEAM;
+      const bool inside =
+          s >= -SEAM && t >= -SEAM && (cell.quad ? larger(s, t) : s + t) <= 1 + SEAM;
       if (inside)
-        target.add(u, v, cell.o.inverse_z + s * da + t * db + s * t * dc,
-                   cell.pixel_o + (s > 0.5f ? cell.step_a : 0) + (t > 0.5f ? cell.step_b : 0));
+        target.add(
+            v * target.width + u, cell.o.inverse_z + s * da + t * db + s * t * dc,
+            cell.pixel_o + (s > 0.5f ? cell.step_a : 0) + (t > 0.5f ? cell.step_b : 0));
     }
 }
 
@@ -246,15 +319,21 @@ vertex(const VertexRow& row, int column)
   return {row.u[c], row.v[c], row.inverse_z[c]};
 }
 
-/** Cells between two rows of vertices. Where one of four vertices lies on another surface,
- *  the triangle of the other three remains; from its corner, `b` follows `a` clockwise. */
+/** Cells between two rows of vertices. Where one of four vertices lies on another
+ * surface, the triangle of the other three remains; from its corner, `b` follows `a`
+ * clockwise. */
 void
 renderBetween(const VertexRow& top, const VertexRow& bottom, int row, int width,
-              const RowBoxes& boxes, Target& target)
+              const RowCells& cells, Target& target)
 {
   for (int c = 0; c + 1 < width; ++c) {
     const std::size_t i = static_cast<std::size_t>(c);
-    const Box box{boxes.u0[i], boxes.u1[i], boxes.v0[i], boxes.v1[i]};
+    if (cells.single[i]) {
+      if (cells.index[i] >= 0)
+        target.add(cells.index[i], cells.inverse_z[i], cells.source[i]);
+      continue;
+    }
+    const Box box{cells.u0[i], cells.u1[i], cells.v0[i], cells.v1[i]};
     if (box.u0 > box.u1)
       continue;
     const bool t = top.link_right[i] > 0, b = bottom.link_right[i] > 0;
@@ -269,7 +348,8 @@ renderBetween(const VertexRow& top, const VertexRow& bottom, int row, int width,
     else if (t && r)
       renderCell({v10, v11, v00, v01, false, pixel + 1, width, -1}, box, target);
     else if (b && r)
-      renderCell({v11, v01, v10, v00, false, pixel + 1 + width, -1, -width}, box, target);
+      renderCell({v11, v01, v10, v00, false, pixel + 1 + width, -1, -width}, box,
+                 target);
     else if (b && l)
       renderCell({v01, v00, v11, v10, false, pixel + width, -width, 1}, box, target);
   }
@@ -278,27 +358,27 @@ renderBetween(const VertexRow& top, const VertexRow& bottom, int row, int width,
 } // namespace
 
 WarpedView
-warpView(const DepthView& view,
-         const CameraIntrinsics& camera,
-         const Pose& virtual_from_view,
-         const VirtualDepthOptions& options)
+warpView(const DepthView& view, const CameraIntrinsics& camera,
+         const Pose& virtual_from_view, const VirtualDepthOptions& options)
 {
   const int width = view.depth.cols, height = view.depth.rows;
   const Warp warp(view.camera, camera, virtual_from_view);
   const SurfaceLink linked(view.camera, options);
   Target target(camera, options);
-  VertexRow top(static_cast<std::size_t>(width)), bottom(static_cast<std::size_t>(width));
-  RowBoxes boxes(static_cast<std::size_t>(width));
+  VertexRow top(static_cast<std::size_t>(width)),
+      bottom(static_cast<std::size_t>(width));
+  RowCells cells(static_cast<std::size_t>(width));
   for (int v = 0; v < height; ++v) {
     const float* z = view.depth.ptr<float>(v);
     warpRow(z, view.weight.ptr<float>(v), width, v, warp, bottom);
-    linkVertices(z, z + 1, bottom.valid.data(), bottom.valid.data() + 1, width - 1, linked,
-                 bottom.link_right.data());
+    linkVertices(z, z + 1, bottom.valid.data(), bottom.valid.data() + 1, width - 1,
+                 linked, bottom.link_right.data());
     if (v > 0) {
-      linkVertices(view.depth.ptr<float>(v - 1), z, top.valid.data(), bottom.valid.data(),
-                   width, linked, top.link_down.data());
-      boundQuads(top, bottom, width - 1, target, boxes);
-      renderBetween(top, bottom, v - 1, width, boxes, target);
+      linkVertices(view.depth.ptr<float>(v - 1), z, top.valid.data(),
+                   bottom.valid.data(), width, linked, top.link_down.data());
+      boundQuads(top, bottom, width - 1, target, cells);
+      sampleQuads(top, bottom, width - 1, v - 1, camera.width, cells);
+      renderBetween(top, bottom, v - 1, width, cells, target);
     }
     std::swap(top, bottom);
   }

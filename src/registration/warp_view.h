@@ -15,11 +15,10 @@ struct WarpedView {
 };
 
 /** Renders the mesh of a depth view into the virtual camera. Neighbouring pixels of one
- *  surface span the mesh, so it has no holes between samples and none of it bridges an edge. */
+ *  surface span the mesh, so it has no holes between samples and none of it bridges an
+ * edge. */
 WarpedView
-warpView(const DepthView& view,
-         const CameraIntrinsics& camera,
-         const Pose& virtual_from_view,
-         const VirtualDepthOptions& options);
+warpView(const DepthView& view, const CameraIntrinsics& camera,
+         const Pose& virtual_from_view, const VirtualDepthOptions& options);
 
 } // namespace bundle_icp

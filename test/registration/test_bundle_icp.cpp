@@ -27,8 +27,8 @@ framePair(std::size_t target, std::size_t source, bool with_noise = false)
 {
   const auto cloud = [&](std::size_t i) {
     const cv::Mat exact = room().readExact(i).depth;
-    return toPointCloud(makeDepthView(with_noise ? noisy(exact, static_cast<unsigned>(i)) : exact,
-                                      room().camera()));
+    return toPointCloud(makeDepthView(
+        with_noise ? noisy(exact, static_cast<unsigned>(i)) : exact, room().camera()));
   };
   return {cloud(source), cloud(target),
           room().worldFromCamera(target).inverse() * room().worldFromCamera(source)};
@@ -50,7 +50,8 @@ poseOf(Registration& reg)
 }
 
 Eigen::Matrix4f
-perturbed(const Pose& truth, unsigned seed = 1, double angle = 5 * M_PI / 180, double distance = 0.05)
+perturbed(const Pose& truth, unsigned seed = 1, double angle = 5 * M_PI / 180,
+          double distance = 0.05)
 {
   return (truth * randomMotion(seed, angle, distance)).matrix().cast<float>();
 }
@@ -84,7 +85,8 @@ successes(int trials, bool with_noise, double metres, double angle)
     Cloud out;
     reg.align(out, perturbed(data.truth, static_cast<unsigned>(k)));
     const Pose error = data.truth.inverse() * poseOf(reg);
-    count += error.translation().norm() < metres && degrees(rotationAngle(error)) < angle;
+    count +=
+        error.translation().norm() < metres && degrees(rotationAngle(error)) < angle;
   }
   return count;
 }
@@ -107,7 +109,8 @@ cornerCloud(float scale = 1)
   return cloud;
 }
 
-/** Frame and virtual depth of a plane at 1.5 m, which sliding and turning in it leaves as it is. */
+/** Frame and virtual depth of a plane at 1.5 m, which sliding and turning in it leaves
+ * as it is. */
 struct PlaneData {
   CameraIntrinsics camera = smallCamera(320, 240, 262.5);
   Cloud::Ptr cloud, noisy_cloud;
@@ -131,7 +134,8 @@ addVisualEvidence(Registration& reg, const Pose& world_from_source, double error
     target.push_back(world_from_source * source.back() +
                      Eigen::Vector3d(normal(random), normal(random), normal(random)));
   }
-  reg.setVisualCorrespondences(source, target, std::vector<double>(80, 1 / (0.005 * 0.005)));
+  reg.setVisualCorrespondences(source, target,
+                               std::vector<double>(80, 1 / (0.005 * 0.005)));
 }
 
 } // namespace
@@ -151,15 +155,18 @@ TEST(BundleICP, VirtualDepthInTheWorldFrameGivesTheWorldPose)
   std::vector<DepthView> views;
   std::vector<RegisteredView> registered;
   for (unsigned i = 0; i < 4; ++i)
-    views.push_back(makeDepthView(noisy(room().readExact(i).depth, i), room().camera()));
+    views.push_back(
+        makeDepthView(noisy(room().readExact(i).depth, i), room().camera()));
   for (std::size_t i = 0; i < 4; ++i)
     registered.push_back({&views[i], room().worldFromCamera(i)});
-  const Pose truth = room().worldFromCamera(5), start = truth * randomMotion(2, 0.08, 0.05);
+  const Pose truth = room().worldFromCamera(5),
+             start = truth * randomMotion(2, 0.08, 0.05);
   int renderings = 0;
   Registration reg;
   reg.setCameraIntrinsics(room().camera());
   reg.setInputSource(framePair(3, 5, true).source);
-  reg.setInputTarget(toPointCloud(renderVirtualDepth(registered, room().camera(), start)));
+  reg.setInputTarget(
+      toPointCloud(renderVirtualDepth(registered, room().camera(), start)));
   reg.setVirtualDepthPose(start);
   reg.setVirtualDepthRenderer([&](const Pose& pose) {
     ++renderings;
@@ -201,7 +208,8 @@ TEST(BundleICP, FollowsTheWorldFrame)
   const Pose here = poseOf(reg);
   const Pose moved = randomMotion(8, 1.5, 3);
   Cloud::Ptr target(new Cloud);
-  pcl::transformPointCloudWithNormals(*pair().target, *target, moved.matrix().cast<float>());
+  pcl::transformPointCloudWithNormals(*pair().target, *target,
+                                      moved.matrix().cast<float>());
   reg.setInputTarget(target);
   reg.setVirtualDepthPose(moved);
   reg.align(out, (moved.cast<float>().matrix() * perturbed(pair().truth)).eval());
@@ -296,11 +304,13 @@ TEST(BundleICP, InformationIsPositiveAndHonestWithinAnOrderOfMagnitude)
     Registration reg;
     reg.setCameraIntrinsics(room().camera());
     reg.setInputTarget(target);
-    reg.setInputSource(toPointCloud(makeDepthView(noisy(room().readExact(4).depth, k), room().camera())));
+    reg.setInputSource(toPointCloud(
+        makeDepthView(noisy(room().readExact(4).depth, k), room().camera())));
     Cloud out;
     reg.align(out, truth.matrix().cast<float>());
     const Matrix6d information = reg.getResult().information;
-    EXPECT_NEAR((information - information.transpose()).norm() / information.norm(), 0, 1e-9);
+    EXPECT_NEAR((information - information.transpose()).norm() / information.norm(), 0,
+                1e-9);
     const Matrix6d covariance = information.inverse();
     EXPECT_GT(Eigen::SelfAdjointEigenSolver<Matrix6d>(covariance).eigenvalues()[0], 0);
     squared += (poseOf(reg).translation() - truth.translation()).squaredNorm() / RUNS;
@@ -317,7 +327,8 @@ TEST(BundleICP, IsASoundIcpWithoutCameraOrGrid)
   const auto target = cornerCloud<pcl::PointXYZ>();
   pcl::PointCloud<pcl::PointXYZ>::Ptr source(new pcl::PointCloud<pcl::PointXYZ>);
   pcl::transformPointCloud(*target, *source, truth.inverse().matrix().cast<float>());
-  pcl::Registration<pcl::PointXYZ, pcl::PointXYZ>::Ptr reg(new BundleICP<pcl::PointXYZ, pcl::PointXYZ>);
+  pcl::Registration<pcl::PointXYZ, pcl::PointXYZ>::Ptr reg(
+      new BundleICP<pcl::PointXYZ, pcl::PointXYZ>);
   reg->setInputSource(source);
   reg->setInputTarget(target);
   pcl::PointCloud<pcl::PointXYZ> out;
@@ -350,7 +361,8 @@ TEST(BundleICP, VolumesWithoutNormalsAreMatchedPointToPoint)
 {
   std::mt19937 random(2);
   std::uniform_real_distribution<float> uniform(-1, 1);
-  pcl::PointCloud<pcl::PointXYZ>::Ptr target(new pcl::PointCloud<pcl::PointXYZ>), source(new pcl::PointCloud<pcl::PointXYZ>);
+  pcl::PointCloud<pcl::PointXYZ>::Ptr target(new pcl::PointCloud<pcl::PointXYZ>),
+      source(new pcl::PointCloud<pcl::PointXYZ>);
   for (int i = 0; i < 400; ++i)
     target->push_back(pcl::PointXYZ(uniform(random), uniform(random), uniform(random)));
   const Pose truth = randomMotion(5, 0.03, 0.03);
@@ -368,7 +380,8 @@ TEST(BundleICP, VolumesWithoutNormalsAreMatchedPointToPoint)
 
 TEST(BundleICP, OrganizedCloudsWithoutNormalsAreProjective)
 {
-  pcl::PointCloud<pcl::PointXYZ>::Ptr source(new pcl::PointCloud<pcl::PointXYZ>), target(new pcl::PointCloud<pcl::PointXYZ>);
+  pcl::PointCloud<pcl::PointXYZ>::Ptr source(new pcl::PointCloud<pcl::PointXYZ>),
+      target(new pcl::PointCloud<pcl::PointXYZ>);
   pcl::copyPointCloud(*pair().source, *source);
   pcl::copyPointCloud(*pair().target, *target);
   BundleICP<pcl::PointXYZ, pcl::PointXYZ> reg;
@@ -387,7 +400,8 @@ TEST(BundleICP, TargetThatWasSeenFromElsewhereFallsBackToTheTree)
 {
   const Pose moved = randomMotion(8, 0.5, 1);
   Cloud::Ptr target(new Cloud);
-  pcl::transformPointCloudWithNormals(*pair().target, *target, moved.matrix().cast<float>());
+  pcl::transformPointCloudWithNormals(*pair().target, *target,
+                                      moved.matrix().cast<float>());
   Registration reg;
   setUp(reg, pair());
   reg.setInputTarget(target); // and no setVirtualDepthPose
@@ -417,7 +431,8 @@ TEST(BundleICP, SettersRefuseNonsense)
   Pose scaled = Pose::Identity();
   scaled.linear() *= 1.5;
   EXPECT_THROW(reg.setVirtualDepthPose(scaled), pcl::BadArgumentException);
-  EXPECT_THROW(reg.setVisualCorrespondences({Eigen::Vector3d::Zero()}, {}, {}), pcl::BadArgumentException);
+  EXPECT_THROW(reg.setVisualCorrespondences({Eigen::Vector3d::Zero()}, {}, {}),
+               pcl::BadArgumentException);
   DepthNoise noise;
   noise.constant = -1;
   EXPECT_THROW(reg.setDepthNoise(noise), pcl::BadArgumentException);

@@ -38,7 +38,8 @@ protected:
 
   const Cloud::Ptr source = frame(5), target = frame(3);
   const Pose truth = room().worldFromCamera(3).inverse() * room().worldFromCamera(5);
-  const Eigen::Matrix4f guess = (truth * randomMotion(1, 0.05, 0.03)).matrix().cast<float>();
+  const Eigen::Matrix4f guess =
+      (truth * randomMotion(1, 0.05, 0.03)).matrix().cast<float>();
   BundleICP<Point, Point> reg;
   Cloud out;
 };
@@ -52,7 +53,9 @@ TEST_F(RegistrationProtocol, EveryInheritedGetterAfterAlign)
   EXPECT_EQ(reg.getClassName(), "BundleICP");
   EXPECT_LT((reg.getFinalTransformation() - truth.matrix().cast<float>()).norm(), 2e-3);
   // The last step was smaller than the epsilon that ended the loop.
-  EXPECT_LT((reg.getLastIncrementalTransformation() - Eigen::Matrix4f::Identity()).norm(), 1e-3);
+  EXPECT_LT(
+      (reg.getLastIncrementalTransformation() - Eigen::Matrix4f::Identity()).norm(),
+      1e-3);
   EXPECT_EQ(reg.getInputSource(), source);
   EXPECT_EQ(reg.getInputTarget(), target);
   EXPECT_EQ(reg.getMaximumIterations(), 50);
@@ -71,9 +74,12 @@ TEST_F(RegistrationProtocol, OutputIsTheMovedSource)
   ASSERT_EQ(out.height, source->height);
   const std::size_t i = 100 * 320 + 150;
   const Eigen::Matrix4f T = reg.getFinalTransformation();
-  const Eigen::Vector3f moved = T.topLeftCorner<3, 3>() * (*source)[i].getVector3fMap() + T.topRightCorner<3, 1>();
+  const Eigen::Vector3f moved =
+      T.topLeftCorner<3, 3>() * (*source)[i].getVector3fMap() +
+      T.topRightCorner<3, 1>();
   EXPECT_LT((out[i].getVector3fMap() - moved).norm(), 1e-5);
-  const Eigen::Vector3f normal = T.topLeftCorner<3, 3>() * (*source)[i].getNormalVector3fMap();
+  const Eigen::Vector3f normal =
+      T.topLeftCorner<3, 3>() * (*source)[i].getNormalVector3fMap();
   EXPECT_LT((out[i].getNormalVector3fMap() - normal).norm(), 1e-5);
 }
 
@@ -120,7 +126,8 @@ TEST_F(RegistrationProtocol, NewInputsForgetTheOldResult)
   align();
   EXPECT_EQ(reg.getResult().iterations, first.iterations);
   EXPECT_EQ(reg.getResult().information, first.information);
-  EXPECT_EQ(reg.getResult().degenerate_directions.size(), first.degenerate_directions.size());
+  EXPECT_EQ(reg.getResult().degenerate_directions.size(),
+            first.degenerate_directions.size());
 }
 
 TEST_F(RegistrationProtocol, GuessThatIsNotRigidIsRefused)
@@ -142,7 +149,8 @@ TEST_F(RegistrationProtocol, CloudsThatDoNotMeetAreReported)
   EXPECT_FALSE(reg.hasConverged());
   EXPECT_EQ(reg.getResult().status, BundleICPStatus::TOO_FEW_CORRESPONDENCES);
   EXPECT_EQ(reg.getResult().inliers, 0u);
-  EXPECT_LT((reg.getFinalTransformation() - away).norm(), 1e-5) << "the pose stays the guess";
+  EXPECT_LT((reg.getFinalTransformation() - away).norm(), 1e-5)
+      << "the pose stays the guess";
 }
 
 TEST_F(RegistrationProtocol, SourceWithoutAFinitePointIsRefused)
@@ -219,8 +227,10 @@ TEST_F(RegistrationProtocol, VisualizationCallbackRunsEachIteration)
 {
   int calls = 0;
   std::size_t pairs = 0;
-  std::function<void(const Cloud&, const pcl::Indices&, const Cloud&, const pcl::Indices&)> callback =
-      [&](const Cloud& moved, const pcl::Indices& s, const Cloud& t, const pcl::Indices& q) {
+  std::function<void(const Cloud&, const pcl::Indices&, const Cloud&,
+                     const pcl::Indices&)>
+      callback = [&](const Cloud& moved, const pcl::Indices& s, const Cloud& t,
+                     const pcl::Indices& q) {
         ++calls;
         ASSERT_EQ(s.size(), q.size());
         pairs = s.size();
@@ -257,5 +267,6 @@ TEST_F(RegistrationProtocol, WorksInsideIncrementalRegistration)
   incremental.setRegistration(base);
   for (std::size_t i = 3; i < 6; ++i)
     ASSERT_TRUE(incremental.registerCloud(frame(i)));
-  EXPECT_LT((incremental.getAbsoluteTransform() - truth.matrix().cast<float>()).norm(), 4e-3);
+  EXPECT_LT((incremental.getAbsoluteTransform() - truth.matrix().cast<float>()).norm(),
+            4e-3);
 }

@@ -28,7 +28,8 @@ absoluteErrors(const cv::Mat& depth, const cv::Mat& truth)
 double
 rms(const std::vector<float>& errors, double share)
 {
-  const std::size_t n = static_cast<std::size_t>(share * static_cast<double>(errors.size()));
+  const std::size_t n =
+      static_cast<std::size_t>(share * static_cast<double>(errors.size()));
   double sum = 0;
   for (std::size_t i = 0; i < n; ++i)
     sum += errors[i] * errors[i];
@@ -42,7 +43,8 @@ sameBits(const cv::Mat& a, const cv::Mat& b)
          std::equal(a.data, a.data + a.total() * a.elemSize(), b.data);
 }
 
-/** Angle in degrees between the fitted and the true normal of a plane, 90th percentile. */
+/** Angle in degrees between the fitted and the true normal of a plane, 90th percentile.
+ */
 double
 normalError(const DepthView& view, const Eigen::Vector3d& truth)
 {
@@ -50,8 +52,8 @@ normalError(const DepthView& view, const Eigen::Vector3d& truth)
   for (int i = 0; i < static_cast<int>(view.normals.total()); ++i) {
     const float* n = view.normals.ptr<float>() + 3 * i;
     if (std::isfinite(n[0]))
-      angles.push_back(degrees(
-          std::acos(std::min(1.0, std::abs(truth.dot(Eigen::Vector3d(n[0], n[1], n[2])))))));
+      angles.push_back(degrees(std::acos(
+          std::min(1.0, std::abs(truth.dot(Eigen::Vector3d(n[0], n[1], n[2])))))));
   }
   std::sort(angles.begin(), angles.end());
   EXPECT_GT(angles.size(), view.normals.total() * 9 / 10);
@@ -63,7 +65,8 @@ cv::Mat
 squareBeforeWall(const CameraIntrinsics& camera)
 {
   cv::Mat depth(camera.height, camera.width, CV_32F, cv::Scalar(2));
-  depth(cv::Rect(camera.width / 4, camera.height / 4, camera.width / 2, camera.height / 2)) = 1.0f;
+  depth(cv::Rect(camera.width / 4, camera.height / 4, camera.width / 2,
+                 camera.height / 2)) = 1.0f;
   return depth;
 }
 
@@ -73,7 +76,8 @@ expectThrowWith(const std::function<void()>& call, const std::string& part)
   try {
     call();
     ADD_FAILURE() << "nothing thrown; expected: " << part;
-  } catch (const pcl::BadArgumentException& e) {
+  }
+  catch (const pcl::BadArgumentException& e) {
     EXPECT_NE(std::string(e.what()).find(part), std::string::npos) << e.what();
   }
 }
@@ -83,13 +87,15 @@ expectThrowWith(const std::function<void()>& call, const std::string& part)
 TEST(DepthView, NormalsOfAPlaneAreExact)
 {
   const Eigen::Vector3d normal = Eigen::Vector3d(0.4, -0.3, 1).normalized();
-  const DepthView view = makeDepthView(planeDepth(smallCamera(), normal, 1.5), smallCamera());
+  const DepthView view =
+      makeDepthView(planeDepth(smallCamera(), normal, 1.5), smallCamera());
   EXPECT_LT(normalError(view, normal), 0.05);
 }
 
 TEST(DepthView, NormalsPointTowardsTheCamera)
 {
-  const DepthView view = makeDepthView(room().render(room().worldFromCamera(0)).depth, room().camera());
+  const DepthView view =
+      makeDepthView(room().render(room().worldFromCamera(0)).depth, room().camera());
   for (int v = 0; v < view.depth.rows; ++v)
     for (int u = 0; u < view.depth.cols; ++u) {
       const cv::Vec3f n = view.normals.at<cv::Vec3f>(v, u);
@@ -106,8 +112,8 @@ TEST(DepthView, NormalsAtThreeMetresSurviveTheNoise)
   const CameraIntrinsics camera = smallCamera(640, 480, 525);
   const Eigen::Vector3d normal = Eigen::Vector3d(0.3, 0.1, 1).normalized();
   const cv::Mat depth = noisy(planeDepth(camera, normal, 3 * normal.z()), 1);
-  // The window is chosen for a standard deviation of 4 degrees per axis; 2.15 of these is
-  // the 90th percentile of the angle.
+  // The window is chosen for a standard deviation of 4 degrees per axis; 2.15 of these
+  // is the 90th percentile of the angle.
   EXPECT_LT(normalError(makeDepthView(depth, camera), normal), 9);
 }
 
@@ -115,7 +121,8 @@ TEST(DepthView, WeightFollowsTheNoiseModel)
 {
   const VirtualDepthOptions options;
   for (const double z : {0.6, 1.5, 3.0}) {
-    const DepthView view = makeDepthView(planeDepth(smallCamera(), {0, 0, 1}, z), smallCamera());
+    const DepthView view =
+        makeDepthView(planeDepth(smallCamera(), {0, 0, 1}, z), smallCamera());
     const double expected = 1 / std::pow(options.noise.sigma(z), 2);
     EXPECT_NEAR(view.weight.at<float>(60, 80) / expected, 1, 0.01) << z;
   }
@@ -148,7 +155,8 @@ TEST(DepthView, FlyingPixelsAndSteepSurfacesWeighNothing)
   VirtualDepthOptions options;
   options.max_view_angle = 40;
   const Eigen::Vector3d steep(std::sin(M_PI / 3), 0, std::cos(M_PI / 3));
-  const DepthView tilted = makeDepthView(planeDepth(camera, steep, 1), camera, 1, options);
+  const DepthView tilted =
+      makeDepthView(planeDepth(camera, steep, 1), camera, 1, options);
   EXPECT_EQ(tilted.weight.at<float>(60, 80), 0);
 }
 
@@ -207,7 +215,8 @@ TEST(VirtualDepth, IsWithoutBiasOnExactDepth)
   EXPECT_GT(errors.size(), truth.total() * 95 / 100);
   EXPECT_LT(errors[errors.size() / 2], 0.0003f);
   // Nothing bleeds over occlusion edges: hardly a pixel shows the wrong surface.
-  const auto wrong = std::count_if(errors.begin(), errors.end(), [](float e) { return e > 0.05f; });
+  const auto wrong =
+      std::count_if(errors.begin(), errors.end(), [](float e) { return e > 0.05f; });
   EXPECT_LT(static_cast<double>(wrong) / static_cast<double>(errors.size()), 0.005);
 }
 
@@ -221,10 +230,14 @@ TEST(VirtualDepth, ErrorFallsLikeTheRootOfTheNumberOfViews)
   std::vector<RegisteredView> registered;
   for (const DepthView& view : views)
     registered.push_back({&view, pose});
-  const double one = rms(absoluteErrors(
-      renderVirtualDepth({registered[0]}, room().camera(), pose).depth, truth), 0.98);
-  const double nine = rms(absoluteErrors(
-      renderVirtualDepth(registered, room().camera(), pose).depth, truth), 0.98);
+  const double one =
+      rms(absoluteErrors(
+              renderVirtualDepth({registered[0]}, room().camera(), pose).depth, truth),
+          0.98);
+  const double nine =
+      rms(absoluteErrors(renderVirtualDepth(registered, room().camera(), pose).depth,
+                         truth),
+          0.98);
   EXPECT_NEAR(one / nine, 3, 0.3);
 }
 
@@ -235,12 +248,14 @@ TEST(VirtualDepth, NoiseSeenFromAsideDoesNotPullTheSurface)
   const double z = 2.5;
   Pose pose = Pose::Identity();
   pose.linear() = Eigen::AngleAxisd(0.35, Eigen::Vector3d::UnitY()).toRotationMatrix();
-  pose.translation() = Eigen::Vector3d(0, 0, z) - pose.linear() * Eigen::Vector3d(0, 0, z);
+  pose.translation() =
+      Eigen::Vector3d(0, 0, z) - pose.linear() * Eigen::Vector3d(0, 0, z);
   const Eigen::Vector3d normal = pose.linear().transpose() * Eigen::Vector3d::UnitZ();
   const double distance = z - pose.translation().z();
   const DepthView view =
       makeDepthView(noisy(planeDepth(camera, normal, distance), 7), camera);
-  const VirtualDepth out = renderVirtualDepth({{&view, pose}}, camera, Pose::Identity());
+  const VirtualDepth out =
+      renderVirtualDepth({{&view, pose}}, camera, Pose::Identity());
   double sum = 0, count = 0;
   for (int v = 60; v < 180; ++v)
     for (int u = 80; u < 240; ++u)
@@ -255,10 +270,11 @@ TEST(VirtualDepth, NoiseSeenFromAsideDoesNotPullTheSurface)
 TEST(VirtualDepth, NearestSurfaceHidesWhatIsBehind)
 {
   const CameraIntrinsics camera = smallCamera();
-  const cv::Mat front = planeDepth(camera, {0, 0, 1}, 1), back = planeDepth(camera, {0, 0, 1}, 2);
+  const cv::Mat front = planeDepth(camera, {0, 0, 1}, 1),
+                back = planeDepth(camera, {0, 0, 1}, 2);
   const DepthView a = makeDepthView(front, camera), b = makeDepthView(back, camera);
-  const VirtualDepth out = renderVirtualDepth({{&b, Pose::Identity()}, {&a, Pose::Identity()}},
-                                              camera, Pose::Identity());
+  const VirtualDepth out = renderVirtualDepth(
+      {{&b, Pose::Identity()}, {&a, Pose::Identity()}}, camera, Pose::Identity());
   EXPECT_FLOAT_EQ(out.depth.at<float>(60, 80), 1);
 }
 
@@ -269,8 +285,11 @@ TEST(VirtualDepth, SurfacesSeenFromBehindAreNotRendered)
   Pose pose = Pose::Identity(); // looks back at the virtual camera, 2 m in front of it
   pose.linear() = Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitY()).toRotationMatrix();
   pose.translation().z() = 2;
-  const VirtualDepth out = renderVirtualDepth({{&view, pose}}, camera, Pose::Identity());
-  EXPECT_TRUE(absoluteErrors(out.depth, cv::Mat(out.depth.size(), CV_32F, cv::Scalar(1))).empty());
+  const VirtualDepth out =
+      renderVirtualDepth({{&view, pose}}, camera, Pose::Identity());
+  EXPECT_TRUE(
+      absoluteErrors(out.depth, cv::Mat(out.depth.size(), CV_32F, cv::Scalar(1)))
+          .empty());
 }
 
 TEST(VirtualDepth, VarianceIsThatOfTheAverage)
@@ -278,9 +297,10 @@ TEST(VirtualDepth, VarianceIsThatOfTheAverage)
   const CameraIntrinsics camera = smallCamera();
   const DepthView view = makeDepthView(planeDepth(camera, {0, 0, 1}, 1.5), camera);
   const RegisteredView one{&view, Pose::Identity()};
-  const float single = renderVirtualDepth({one}, camera, Pose::Identity()).variance.at<float>(60, 80);
-  const float four =
-      renderVirtualDepth({one, one, one, one}, camera, Pose::Identity()).variance.at<float>(60, 80);
+  const float single =
+      renderVirtualDepth({one}, camera, Pose::Identity()).variance.at<float>(60, 80);
+  const float four = renderVirtualDepth({one, one, one, one}, camera, Pose::Identity())
+                         .variance.at<float>(60, 80);
   EXPECT_NEAR(std::sqrt(single) / DepthNoise().sigma(1.5), 1, 0.01);
   EXPECT_NEAR(single / four, 4, 1e-3);
 }
@@ -290,26 +310,38 @@ TEST(VirtualDepth, DoesNotDependOnThreadsNorOnTheOrderOfViews)
   std::vector<DepthView> views;
   std::vector<RegisteredView> registered, reversed;
   for (unsigned i = 0; i < 5; ++i)
-    views.push_back(makeDepthView(noisy(room().readExact(2 * i).depth, i), room().camera()));
+    views.push_back(
+        makeDepthView(noisy(room().readExact(2 * i).depth, i), room().camera()));
   for (std::size_t i = 0; i < 5; ++i)
     registered.push_back({&views[i], room().worldFromCamera(2 * i)});
   reversed.assign(registered.rbegin(), registered.rend());
   const Pose pose = room().worldFromCamera(4);
   VirtualDepthOptions options;
   options.num_threads = 1;
-  const VirtualDepth one = renderVirtualDepth(registered, room().camera(), pose, options);
+  const VirtualDepth one =
+      renderVirtualDepth(registered, room().camera(), pose, options);
   options.num_threads = 2;
-  const VirtualDepth two = renderVirtualDepth(registered, room().camera(), pose, options);
+  const VirtualDepth two =
+      renderVirtualDepth(registered, room().camera(), pose, options);
   EXPECT_TRUE(sameBits(one.depth, two.depth));
   EXPECT_TRUE(sameBits(one.normals, two.normals));
   EXPECT_TRUE(sameBits(one.variance, two.variance));
-  const VirtualDepth other = renderVirtualDepth(reversed, room().camera(), pose, options);
+  const VirtualDepth other =
+      renderVirtualDepth(reversed, room().camera(), pose, options);
   const std::vector<float> difference = absoluteErrors(other.depth, one.depth);
   EXPECT_LT(difference.back(), 1e-5);
-  const DepthView serial = makeDepthView(room().readExact(0).depth, room().camera(), 2,
-                                         [] { VirtualDepthOptions o; o.num_threads = 1; return o; }());
-  const DepthView parallel = makeDepthView(room().readExact(0).depth, room().camera(), 2,
-                                           [] { VirtualDepthOptions o; o.num_threads = 2; return o; }());
+  const DepthView serial =
+      makeDepthView(room().readExact(0).depth, room().camera(), 2, [] {
+        VirtualDepthOptions o;
+        o.num_threads = 1;
+        return o;
+      }());
+  const DepthView parallel =
+      makeDepthView(room().readExact(0).depth, room().camera(), 2, [] {
+        VirtualDepthOptions o;
+        o.num_threads = 2;
+        return o;
+      }());
   EXPECT_TRUE(sameBits(serial.normals, parallel.normals));
   EXPECT_TRUE(sameBits(serial.weight, parallel.weight));
 }
@@ -320,7 +352,8 @@ TEST(VirtualDepth, DoesNotDependOnTheWorldFrame)
   const Pose a = room().worldFromCamera(0), b = room().worldFromCamera(2);
   const Pose moved = randomMotion(3, 2.0, 50);
   const VirtualDepth here = renderVirtualDepth({{&view, a}}, room().camera(), b);
-  const VirtualDepth there = renderVirtualDepth({{&view, moved * a}}, room().camera(), moved * b);
+  const VirtualDepth there =
+      renderVirtualDepth({{&view, moved * a}}, room().camera(), moved * b);
   const std::vector<float> difference = absoluteErrors(here.depth, there.depth);
   EXPECT_LT(difference[difference.size() * 999 / 1000], 1e-4);
 }
@@ -345,18 +378,30 @@ TEST(VirtualDepth, RefusesBadInputNamingIt)
 {
   const CameraIntrinsics camera = smallCamera();
   const cv::Mat depth(120, 160, CV_32F, cv::Scalar(1));
-  expectThrowWith([&] { makeDepthView(cv::Mat(120, 160, CV_16U), camera); }, "CV_32FC1");
+  expectThrowWith([&] { makeDepthView(cv::Mat(120, 160, CV_16U), camera); },
+                  "CV_32FC1");
   expectThrowWith([&] { makeDepthView(cv::Mat(10, 10, CV_32F), camera); }, "10x10");
   expectThrowWith([&] { makeDepthView(depth, camera, 0); }, "reduction 0");
-  expectThrowWith([&] { makeDepthView(depth, CameraIntrinsics()); }, "impossible camera");
-  expectThrowWith([&] { renderVirtualDepth({{nullptr, Pose::Identity()}}, camera, Pose::Identity()); },
-                  "view 0 is a null pointer");
+  expectThrowWith([&] { makeDepthView(depth, CameraIntrinsics()); },
+                  "impossible camera");
+  expectThrowWith(
+      [&] {
+        renderVirtualDepth({{nullptr, Pose::Identity()}}, camera, Pose::Identity());
+      },
+      "view 0 is a null pointer");
   const DepthView empty, view = makeDepthView(depth, camera);
-  expectThrowWith([&] { renderVirtualDepth({{&empty, Pose::Identity()}}, camera, Pose::Identity()); },
-                  "does not come from makeDepthView");
+  expectThrowWith(
+      [&] {
+        renderVirtualDepth({{&empty, Pose::Identity()}}, camera, Pose::Identity());
+      },
+      "does not come from makeDepthView");
   Pose scaled = Pose::Identity();
   scaled.linear() *= 2;
-  expectThrowWith([&] { renderVirtualDepth({{&view, scaled}}, camera, Pose::Identity()); }, "not a rigid");
+  expectThrowWith(
+      [&] {
+        renderVirtualDepth({{&view, scaled}}, camera, Pose::Identity());
+      },
+      "not a rigid");
   expectThrowWith([&] { renderVirtualDepth({}, camera, scaled); }, "not a rigid");
 }
 
@@ -370,9 +415,12 @@ TEST(VirtualDepth, WithoutViewsShowsNothing)
 TEST(VirtualDepthOptions, EveryFieldIsChecked)
 {
   const std::vector<std::function<void(VirtualDepthOptions&)>> faults = {
-      [](auto& o) { o.noise.constant = 0; },   [](auto& o) { o.edge_sigmas = 0; },
-      [](auto& o) { o.edge_distance = -1; },   [](auto& o) { o.max_view_angle = 90; },
-      [](auto& o) { o.merge_sigmas = std::nan(""); }, [](auto& o) { o.num_threads = -1; }};
+      [](auto& o) { o.noise.constant = 0; },
+      [](auto& o) { o.edge_sigmas = 0; },
+      [](auto& o) { o.edge_distance = -1; },
+      [](auto& o) { o.max_view_angle = 90; },
+      [](auto& o) { o.merge_sigmas = std::nan(""); },
+      [](auto& o) { o.num_threads = -1; }};
   EXPECT_TRUE(VirtualDepthOptions().isValid());
   for (const auto& fault : faults) {
     VirtualDepthOptions options;

@@ -11,31 +11,33 @@
 
 namespace bundle_icp {
 
-/** Registers a new frame against the virtual depth of the registered ones, Algorithm 1 of the
- *  paper, behind PCL's registration interface.
+/** Registers a new frame against the virtual depth of the registered ones, Algorithm 1
+ * of the paper, behind PCL's registration interface.
  *
  *  \code
  *  bundle_icp::BundleICP<pcl::PointXYZRGBNormal, pcl::PointXYZRGBNormal> reg;
  *  reg.setCameraIntrinsics(camera);
  *  reg.setInputSource(toPointCloud(makeDepthView(frame.depth, camera)));
- *  reg.setInputTarget(toPointCloud(renderVirtualDepth(views, camera, world_from_virtual)));
- *  reg.setVirtualDepthPose(world_from_virtual);
+ *  reg.setInputTarget(toPointCloud(renderVirtualDepth(views, camera,
+ * world_from_virtual))); reg.setVirtualDepthPose(world_from_virtual);
  *  reg.setVisualCorrespondences(source_points, target_points, weights); // optional
  *  reg.align(aligned, guess);
  *  if (reg.hasConverged())
  *    world_from_camera = reg.getFinalTransformation();
  *  \endcode
  *
- *  When both clouds are organized, a camera is known and the target projects onto its own
- *  grid from the virtual pose, points are associated by projection and lengths are metres.
- *  Otherwise it is an ICP with a kd-tree in any unit of length. Both are point-to-plane,
- *  robust and coarse to fine; a target without normals gets them from its neighbourhoods.
+ *  When both clouds are organized, a camera is known and the target projects onto its
+ * own grid from the virtual pose, points are associated by projection and lengths are
+ * metres. Otherwise it is an ICP with a kd-tree in any unit of length. Both are
+ * point-to-plane, robust and coarse to fine; a target without normals gets them from
+ * its neighbourhoods.
  *
  *  Inherited setters keep PCL's meaning: the transformation epsilon is a squared length
- *  (default 1e-8), the rotation epsilon a cosine (default 0: 1 - transformation epsilon), the
- *  Euclidean fitness epsilon a relative change of the mean squared distance. At most 50
- *  iterations by default. As in pcl::IterativeClosestPoint, reaching the limit counts as
- *  converged. The kd-tree of the target is built when it is first needed. */
+ *  (default 1e-8), the rotation epsilon a cosine (default 0: 1 - transformation
+ * epsilon), the Euclidean fitness epsilon a relative change of the mean squared
+ * distance. At most 50 iterations by default. As in pcl::IterativeClosestPoint,
+ * reaching the limit counts as converged. The kd-tree of the target is built when it is
+ * first needed. */
 template <typename PointSource, typename PointTarget, typename Scalar = float>
 class BundleICP : public pcl::Registration<PointSource, PointTarget, Scalar> {
   using Base = pcl::Registration<PointSource, PointTarget, Scalar>;
@@ -49,12 +51,13 @@ public:
   using typename Base::PointCloudTarget;
   using typename Base::PointCloudTargetConstPtr;
   using typename Base::PointCloudTargetPtr;
-  using VirtualDepthRenderer = std::function<PointCloudTargetPtr(const Eigen::Isometry3d&)>;
+  using VirtualDepthRenderer =
+      std::function<PointCloudTargetPtr(const Eigen::Isometry3d&)>;
 
   BundleICP();
 
-  /** Camera frame, metres, NaN = no depth. A null or empty cloud is refused with PCL_ERROR and
-   *  leaves no source: the next align() fails. */
+  /** Camera frame, metres, NaN = no depth. A null or empty cloud is refused with
+   * PCL_ERROR and leaves no source: the next align() fails. */
   void
   setInputSource(const PointCloudSourceConstPtr& cloud) override;
 
@@ -72,21 +75,20 @@ public:
   void
   setVirtualDepthPose(const Eigen::Isometry3d& world_from_virtual);
 
-  /** Evidence from matched features (Algorithm 1, line 1), used by every align() until it is
-   *  replaced; empty lists remove it. The initial pose is their robust least-squares fit; the
-   *  guess of align() serves only when they do not support a pose.
-   *  \param source_points in the source camera frame [m]
-   *  \param target_points in the world frame [m]
-   *  \param weights 1 / sigma^2 of each pair's distance [1/m^2]
-   *  \throws pcl::BadArgumentException for lists of different length, values that are not
-   *  finite or weights that are not positive. */
+  /** Evidence from matched features (Algorithm 1, line 1), used by every align() until
+   * it is replaced; empty lists remove it. The initial pose is their robust
+   * least-squares fit; the guess of align() serves only when they do not support a
+   * pose. \param source_points in the source camera frame [m] \param target_points in
+   * the world frame [m] \param weights 1 / sigma^2 of each pair's distance [1/m^2]
+   *  \throws pcl::BadArgumentException for lists of different length, values that are
+   * not finite or weights that are not positive. */
   void
   setVisualCorrespondences(const std::vector<Eigen::Vector3d>& source_points,
                            const std::vector<Eigen::Vector3d>& target_points,
                            const std::vector<double>& weights);
 
-  /** Renders the target anew when the pose has moved further than 2 cm or 2 degrees from where it
-   *  was rendered. Empty: never. */
+  /** Renders the target anew when the pose has moved further than 2 cm or 2 degrees
+   * from where it was rendered. Empty: never. */
   void
   setVirtualDepthRenderer(const VirtualDepthRenderer& render);
 
@@ -95,7 +97,8 @@ public:
   void
   setDepthNoise(const DepthNoise& noise);
 
-  /** Threads to use, 0 = all (default). \throws pcl::BadArgumentException when negative. */
+  /** Threads to use, 0 = all (default). \throws pcl::BadArgumentException when
+   * negative. */
   void
   setNumberOfThreads(int num_threads);
 
@@ -118,9 +121,11 @@ private:
   AlignmentProblem
   makeProblem();
 
-  AlignmentProblem settings_; ///< camera, virtual pose, visual evidence, noise and threads
+  AlignmentProblem
+      settings_; ///< camera, virtual pose, visual evidence, noise and threads
   VirtualDepthRenderer render_;
-  PointCloudTargetConstPtr rendered_; ///< the last rendered target of the running align()
+  PointCloudTargetConstPtr
+      rendered_; ///< the last rendered target of the running align()
   BundleICPResult result_;
 };
 
@@ -132,5 +137,6 @@ private:
 extern template class bundle_icp::BundleICP<pcl::PointXYZ, pcl::PointXYZ>;
 extern template class bundle_icp::BundleICP<pcl::PointXYZRGB, pcl::PointXYZRGB>;
 extern template class bundle_icp::BundleICP<pcl::PointNormal, pcl::PointNormal>;
-extern template class bundle_icp::BundleICP<pcl::PointXYZRGBNormal, pcl::PointXYZRGBNormal>;
+extern template class bundle_icp::BundleICP<pcl::PointXYZRGBNormal,
+                                            pcl::PointXYZRGBNormal>;
 #endif

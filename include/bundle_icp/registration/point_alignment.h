@@ -15,32 +15,36 @@ namespace bundle_icp {
 
 /** Outcome of BundleICP::align(). */
 enum class BundleICPStatus {
-  NOT_RUN,                 ///< no align() since the inputs were set
-  CONVERGED,               ///< the last step was smaller than the epsilons
-  MAX_ITERATIONS,          ///< stopped by the limit; the pose is that of the last iteration
-  TOO_FEW_CORRESPONDENCES, ///< source and target do not meet; the pose is the initial one
-  REFINEMENT_REJECTED,     ///< ICP contradicts the visual evidence; the pose is that of the latter
-  INVALID_INPUT            ///< nothing was computed; the reason was printed
+  NOT_RUN,        ///< no align() since the inputs were set
+  CONVERGED,      ///< the last step was smaller than the epsilons
+  MAX_ITERATIONS, ///< stopped by the limit; the pose is that of the last iteration
+  TOO_FEW_CORRESPONDENCES, ///< source and target do not meet; the pose is the initial
+                           ///< one
+  REFINEMENT_REJECTED, ///< ICP contradicts the visual evidence; the pose is that of the
+                       ///< latter
+  INVALID_INPUT        ///< nothing was computed; the reason was printed
 };
 
 /** What align() found, beside the pose. */
 struct BundleICPResult {
   BundleICPStatus status = BundleICPStatus::NOT_RUN;
-  bool projective = false;         ///< associated by projection, not by kd-tree
-  bool visual_initial_pose = false; ///< started from the visual correspondences, not the guess
-  std::size_t inliers = 0;         ///< source points on the target surface, of those used
-  double overlap = 0;              ///< inliers over source points used, 0 to 1
-  double rmse = 0;                 ///< distance of the inliers to the target's surface [m]
-  std::size_t visual_inliers = 0;  ///< visual correspondences that agree with the pose
-  double visual_rmse = 0;          ///< distance of these [m]
+  bool projective = false; ///< associated by projection, not by kd-tree
+  bool visual_initial_pose =
+      false;               ///< started from the visual correspondences, not the guess
+  std::size_t inliers = 0; ///< source points on the target surface, of those used
+  double overlap = 0;      ///< inliers over source points used, 0 to 1
+  double rmse = 0;         ///< distance of the inliers to the target's surface [m]
+  std::size_t visual_inliers = 0; ///< visual correspondences that agree with the pose
+  double visual_rmse = 0;         ///< distance of these [m]
   int iterations = 0;
-  int renderings = 0;              ///< how often the virtual depth was rendered anew
-  /** Information of a motion increment(delta) * world_from_source. The noise of neighbouring
-   *  pixels is correlated: a patch of 9 x 9 pixels at a focal length of 525 px (as the
-   *  windows of structured light) counts as one measurement. */
+  int renderings = 0; ///< how often the virtual depth was rendered anew
+  /** Information of a motion increment(delta) * world_from_source. The noise of
+   * neighbouring pixels is correlated: a patch of 9 x 9 pixels at a focal length of 525
+   * px (as the windows of structured light) counts as one measurement. */
   Matrix6d information = Matrix6d::Zero();
-  /** Unit motions delta (as above) that the surfaces leave open, as sliding along a plane;
-   *  ICP did not change the pose along them beyond what visual correspondences say. */
+  /** Unit motions delta (as above) that the surfaces leave open, as sliding along a
+   * plane; ICP did not change the pose along them beyond what visual correspondences
+   * say. */
   std::vector<Vector6d> degenerate_directions;
 };
 
@@ -53,7 +57,8 @@ struct PointsView {
   int width = 0, height = 0; ///< of an organized cloud; height 1 otherwise
 };
 
-/** What does not depend on the point type of BundleICP: all that alignPoints() needs. */
+/** What does not depend on the point type of BundleICP: all that alignPoints() needs.
+ */
 struct AlignmentProblem {
   PointsView source, target;
   const std::vector<int>* source_indices = nullptr; ///< part of the source to use
@@ -64,18 +69,21 @@ struct AlignmentProblem {
 
   int max_iterations = 50;
   double max_distance = std::numeric_limits<double>::max(); ///< of a correspondence [m]
-  double translation_epsilon = 1e-8;   ///< squared length of a step that ends the loop [m^2]
-  double rotation_epsilon = 1 - 1e-8;  ///< cosine of a step's angle that ends the loop
-  double fitness_epsilon = -1;         ///< relative change of the mean squared distance
+  double translation_epsilon =
+      1e-8; ///< squared length of a step that ends the loop [m^2]
+  double rotation_epsilon = 1 - 1e-8; ///< cosine of a step's angle that ends the loop
+  double fitness_epsilon = -1;        ///< relative change of the mean squared distance
   int num_threads = 0;
 
-  /** Up to k nearest target points of a position, nearest first; empty for none. Called by
-   *  several threads. */
+  /** Up to k nearest target points of a position, nearest first; empty for none. Called
+   * by several threads. */
   std::function<void(const float* xyz, int k, std::vector<int>& indices)> nearest;
   /** Renders the target as seen from a pose; nothing when it cannot. May be empty. */
   std::function<std::optional<PointsView>(const Pose& world_from_virtual)> render;
-  /** Called after each iteration with the pose and the pairs of points used. May be empty. */
-  std::function<void(const Pose&, const std::vector<int>& source, const std::vector<int>& target)>
+  /** Called after each iteration with the pose and the pairs of points used. May be
+   * empty. */
+  std::function<void(const Pose&, const std::vector<int>& source,
+                     const std::vector<int>& target)>
       on_iteration;
 };
 

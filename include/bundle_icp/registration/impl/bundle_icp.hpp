@@ -19,7 +19,7 @@ namespace bundle_icp {
  *  getFitnessScore() does. A point that is not finite has no neighbours. */
 template <typename PointSource, typename PointTarget, typename Scalar>
 class BundleICP<PointSource, PointTarget, Scalar>::LazyKdTree
-: public pcl::search::KdTree<PointTarget> {
+    : public pcl::search::KdTree<PointTarget> {
   using Tree = pcl::search::KdTree<PointTarget>;
 
 public:
@@ -39,7 +39,8 @@ public:
   {
     // What getFitnessScore() reads even when nothing was found: beyond any range.
     indices.assign(static_cast<std::size_t>(k), 0);
-    squared_distances.assign(static_cast<std::size_t>(k), std::numeric_limits<float>::infinity());
+    squared_distances.assign(static_cast<std::size_t>(k),
+                             std::numeric_limits<float>::infinity());
     if (!pcl::isFinite(point) || !build())
       return 0;
     return Tree::nearestKSearch(point, k, indices, squared_distances);
@@ -47,7 +48,8 @@ public:
 
   int
   radiusSearch(const PointTarget& point, double radius, pcl::Indices& indices,
-               std::vector<float>& squared_distances, unsigned int max_nn = 0) const override
+               std::vector<float>& squared_distances,
+               unsigned int max_nn = 0) const override
   {
     indices.clear();
     squared_distances.clear();
@@ -81,7 +83,8 @@ template <typename PointT>
 PointsView
 viewPoints(const pcl::PointCloud<PointT>& cloud)
 {
-  static_assert(sizeof(PointT) % sizeof(float) == 0, "points must be padded to whole floats");
+  static_assert(sizeof(PointT) % sizeof(float) == 0,
+                "points must be padded to whole floats");
   PointsView view;
   view.xyz = &cloud.front().x;
   view.stride = sizeof(PointT) / sizeof(float);
@@ -96,8 +99,7 @@ viewPoints(const pcl::PointCloud<PointT>& cloud)
 /** Moves a cloud, with its normals where it has them; in and out may be the same. */
 template <typename PointT, typename Scalar>
 void
-transformPoints(const pcl::PointCloud<PointT>& in,
-                pcl::PointCloud<PointT>& out,
+transformPoints(const pcl::PointCloud<PointT>& in, pcl::PointCloud<PointT>& out,
                 const Eigen::Matrix<Scalar, 4, 4>& matrix)
 {
   if constexpr (pcl::traits::has_normal<PointT>::value)
@@ -128,7 +130,8 @@ BundleICP<PointSource, PointTarget, Scalar>::dropResult()
 
 template <typename PointSource, typename PointTarget, typename Scalar>
 void
-BundleICP<PointSource, PointTarget, Scalar>::setInputSource(const PointCloudSourceConstPtr& cloud)
+BundleICP<PointSource, PointTarget, Scalar>::setInputSource(
+    const PointCloudSourceConstPtr& cloud)
 {
   dropResult();
   if (cloud && !cloud->empty()) {
@@ -143,7 +146,8 @@ BundleICP<PointSource, PointTarget, Scalar>::setInputSource(const PointCloudSour
 
 template <typename PointSource, typename PointTarget, typename Scalar>
 void
-BundleICP<PointSource, PointTarget, Scalar>::setInputTarget(const PointCloudTargetConstPtr& cloud)
+BundleICP<PointSource, PointTarget, Scalar>::setInputTarget(
+    const PointCloudTargetConstPtr& cloud)
 {
   dropResult();
   if (cloud && !cloud->empty()) {
@@ -158,7 +162,8 @@ BundleICP<PointSource, PointTarget, Scalar>::setInputTarget(const PointCloudTarg
 
 template <typename PointSource, typename PointTarget, typename Scalar>
 void
-BundleICP<PointSource, PointTarget, Scalar>::setCameraIntrinsics(const CameraIntrinsics& camera)
+BundleICP<PointSource, PointTarget, Scalar>::setCameraIntrinsics(
+    const CameraIntrinsics& camera)
 {
   std::string error;
   if (!camera.isValid(&error))
@@ -214,8 +219,9 @@ void
 BundleICP<PointSource, PointTarget, Scalar>::setNumberOfThreads(int num_threads)
 {
   if (num_threads < 0)
-    throw pcl::BadArgumentException("BundleICP::setNumberOfThreads: " +
-                                    std::to_string(num_threads) + " must be at least 0");
+    throw pcl::BadArgumentException(
+        "BundleICP::setNumberOfThreads: " + std::to_string(num_threads) +
+        " must be at least 0");
   settings_.num_threads = num_threads;
 }
 
@@ -256,8 +262,8 @@ BundleICP<PointSource, PointTarget, Scalar>::makeProblem()
 
 template <typename PointSource, typename PointTarget, typename Scalar>
 void
-BundleICP<PointSource, PointTarget, Scalar>::computeTransformation(PointCloudSource& output,
-                                                                   const Matrix4& guess)
+BundleICP<PointSource, PointTarget, Scalar>::computeTransformation(
+    PointCloudSource& output, const Matrix4& guess)
 {
   dropResult();
   rendered_ = this->target_;
@@ -273,7 +279,8 @@ BundleICP<PointSource, PointTarget, Scalar>::computeTransformation(PointCloudSou
     problem.on_iteration = [&](const Pose& pose, const std::vector<int>& source,
                                const std::vector<int>& target) {
       PointCloudSource moved;
-      detail::transformPoints(*this->input_, moved, Matrix4(pose.matrix().template cast<Scalar>()));
+      detail::transformPoints(*this->input_, moved,
+                              Matrix4(pose.matrix().template cast<Scalar>()));
       this->update_visualizer_(moved, source, *rendered_, target);
     };
   const Alignment alignment = alignPoints(problem, closestPose(start));
@@ -285,11 +292,13 @@ BundleICP<PointSource, PointTarget, Scalar>::computeTransformation(PointCloudSou
       alignment.world_from_source.matrix().template cast<Scalar>();
   this->transformation_ = alignment.last_step.matrix().template cast<Scalar>();
   this->previous_transformation_ =
-      (alignment.last_step.inverse() * alignment.world_from_source).matrix().template cast<Scalar>();
+      (alignment.last_step.inverse() * alignment.world_from_source)
+          .matrix()
+          .template cast<Scalar>();
   detail::transformPoints(output, output, this->final_transformation_);
 }
 
 } // namespace bundle_icp
 
-#define PCL_INSTANTIATE_BundleICP(T)                                                     \
+#define PCL_INSTANTIATE_BundleICP(T)                                                   \
   template class BUNDLE_ICP_EXPORT bundle_icp::BundleICP<T, T>;
