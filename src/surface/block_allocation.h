@@ -8,7 +8,7 @@
 namespace bundle_icp {
 
 /** Keys of the blocks that the truncation bands of a frame run through, in an order
- * that does not depend on the number of threads; some appear more than once. */
+ *  that does not depend on the number of threads; some appear more than once. */
 std::vector<std::uint64_t>
 findBandBlocks(const DepthSamples& samples, const Pose& world_from_camera,
                const TSDFOptions& options, int num_threads);

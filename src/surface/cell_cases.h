@@ -43,8 +43,8 @@ voxelIndex(int x, int y, int z)
 }
 
 /** What the surface does in one block: the marching cubes case of each cell (a cell
- * belongs to the block of its first corner; 0 = no surface, or not observed), and the
- * grid edges that carry a vertex. */
+ *  belongs to the block of its first corner; 0 = no surface, or not observed), and the
+ *  grid edges that carry a vertex. */
 class BlockSurface {
 public:
   std::uint8_t cases[block_voxels] = {};
@@ -106,7 +106,7 @@ neighborIndex(int dx, int dy, int dz)
 using BlockSurfaces = std::vector<std::unique_ptr<BlockSurface>>;
 
 /** Finds the cases and edges of all blocks. Voxels with a smaller weight code count as
- * not observed; `level` is the stored distance that separates inside from outside. */
+ *  not observed; `level` is the stored distance that separates inside from outside. */
 BlockSurfaces
 findSurfaces(const VoxelBlockMap& blocks, int min_weight_code, float level,
              int num_threads);

@@ -16,8 +16,8 @@ using namespace simd;
 constexpr int slope_radius = 3;
 
 struct RowInput {
-  const float*
-      rows[2 * slope_radius + 1]; // depth rows around the current, zeros outside
+  /** Depth around the current row, zeros outside the image. */
+  const float* rows[2 * slope_radius + 1];
   int width;
   float fx, fy, cx, y;               // y is that of the ray (x, y, 1)
   float v_minus_cy;                  // [px]
@@ -103,6 +103,32 @@ weightRow(const RowInput& in, float* out)
     weighEight(in, std::min(u, end - lanes), out);
 }
 
+RowInput
+rowInput(const DepthSamples& samples, int v, const float* zeros,
+         const DepthNoise& noise)
+{
+  const CameraIntrinsics& camera = samples.camera;
+  RowInput in;
+  for (int i = -slope_radius; i <= slope_radius; ++i) {
+    const int neighbor = v + i;
+    const bool outside = neighbor < 0 || neighbor >= camera.height;
+    in.rows[i + slope_radius] =
+        outside ? zeros : &samples.depth[std::size_t(neighbor) * camera.width];
+  }
+  in.width = camera.width;
+  in.fx = static_cast<float>(camera.fx);
+  in.fy = static_cast<float>(camera.fy);
+  in.cx = static_cast<float>(camera.cx);
+  in.v_minus_cy = static_cast<float>(v - camera.cy);
+  in.y = in.v_minus_cy / in.fy;
+  in.constant = static_cast<float>(noise.constant);
+  in.quadratic = static_cast<float>(noise.quadratic);
+  in.offset = static_cast<float>(noise.offset);
+  const double reference = noise.sigma(1.0);
+  in.reference_variance = static_cast<float>(reference * reference);
+  return in;
+}
+
 // Range of depth within one tile; (0, 0) when nothing is measured there.
 Eigen::Vector2f
 tileRange(const float* corner, int stride, int width, int height)
@@ -132,7 +158,6 @@ DepthSamples::DepthSamples(const RGBDFrame& frame, const CameraIntrinsics& frame
   tiles_y = (height + tile - 1) / tile;
   depth_range.resize(std::size_t(tiles_x) * tiles_y);
   const std::vector<float> zeros(width, 0.0f);
-  const double reference = options.noise.sigma(1.0);
 
 #pragma omp parallel num_threads(num_threads)
   {
@@ -145,26 +170,9 @@ DepthSamples::DepthSamples(const RGBDFrame& frame, const CameraIntrinsics& frame
         copyColorRow(frame.color.ptr(v), width, &color[std::size_t(v) * width]);
     }
 #pragma omp for nowait
-    for (int v = 0; v < height; ++v) {
-      RowInput in;
-      for (int i = -slope_radius; i <= slope_radius; ++i) {
-        const int neighbor = v + i;
-        in.rows[i + slope_radius] = neighbor < 0 || neighbor >= height
-                                        ? zeros.data()
-                                        : &depth[std::size_t(neighbor) * width];
-      }
-      in.width = width;
-      in.fx = static_cast<float>(camera.fx);
-      in.fy = static_cast<float>(camera.fy);
-      in.cx = static_cast<float>(camera.cx);
-      in.v_minus_cy = static_cast<float>(v - camera.cy);
-      in.y = in.v_minus_cy / in.fy;
-      in.constant = static_cast<float>(options.noise.constant);
-      in.quadratic = static_cast<float>(options.noise.quadratic);
-      in.offset = static_cast<float>(options.noise.offset);
-      in.reference_variance = static_cast<float>(reference * reference);
-      weightRow(in, &weight[std::size_t(v) * width]);
-    }
+    for (int v = 0; v < height; ++v)
+      weightRow(rowInput(*this, v, zeros.data(), options.noise),
+                &weight[std::size_t(v) * width]);
 #pragma omp for
     for (int i = 0; i < tiles_x * tiles_y; ++i) {
       const int u = i % tiles_x * tile, v = i / tiles_x * tile;

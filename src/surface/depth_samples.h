@@ -11,7 +11,7 @@
 namespace bundle_icp {
 
 /** One frame as the fusion of voxels wants it: per pixel everything that does not
- * depend on the voxel, without NaN, row by row. */
+ *  depend on the voxel, without NaN, row by row. */
 struct DepthSamples {
   static constexpr int tile = 16; ///< edge of the tiles of depth_range [px]
 

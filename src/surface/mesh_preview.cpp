@@ -43,11 +43,10 @@ checkArguments(const pcl::PolygonMesh& mesh, const CameraIntrinsics& camera)
     throw pcl::BadArgumentException("mesh preview: the mesh has no x, y, z");
 }
 
-template <typename PointT>
 Eigen::Vector3f
-colorOf(const PointT& point)
+colorOf(const pcl::RGB& color)
 {
-  return {float(point.b), float(point.g), float(point.r)};
+  return {float(color.b), float(color.g), float(color.r)};
 }
 
 std::vector<ScreenVertex>

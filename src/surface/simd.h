@@ -9,7 +9,7 @@
 #endif
 
 /** Compiles a function for several instruction sets and picks one when the library is
- * loaded, where the compiler can. */
+ *  loaded, where the compiler can. */
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
 #define BUNDLE_ICP_SIMD_CLONES                                                         \
   __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))

@@ -9,8 +9,8 @@
 namespace bundle_icp {
 
 /** A camera at the mean of the cameras that looks where they looked on average, with
- * the average top up; from above at an angle when they looked all around. \throws
- * pcl::BadArgumentException for no poses or one that is not finite. */
+ *  the average top up; from above at an angle when they looked all around. \throws
+ *  pcl::BadArgumentException for no poses or one that is not finite. */
 Pose
 meanView(const std::vector<Pose>& world_from_cameras);
 

@@ -18,7 +18,7 @@ constexpr int block_voxels = block_slab * block_edge;
 constexpr float distance_scale = 32767;
 
 /** 8^3 voxels, x fastest, as arrays so that rows can be processed by vector
- * instructions. All zero = nothing observed. */
+ *  instructions. All zero = nothing observed. */
 struct alignas(64) VoxelBlock {
   std::int16_t distance[block_voxels];
   std::uint16_t weight[block_voxels]; ///< coded, see decodeWeight()
@@ -26,8 +26,8 @@ struct alignas(64) VoxelBlock {
 };
 
 /** Weights are floats without sign, with 5 bits of exponent and 11 of mantissa: 2^-14
- * to 2^18, so that neither a far measurement nor a thousand near ones leave the range.
- */
+ *  to 2^18, so that neither a far measurement nor a thousand near ones leave the range.
+ * */
 constexpr std::uint32_t weight_base = (127u - 14u) << 23;
 constexpr int weight_shift = 12;
 
@@ -50,7 +50,7 @@ decodeColor(std::uint32_t color)
 }
 
 /** The blocks of a volume. They are numbered in the order of insertion and never move.
- */
+ * */
 class VoxelBlockMap {
 public:
   /** Coordinates lie in [-limit, limit). */
@@ -105,7 +105,7 @@ public:
   }
 
   /** False as long as no voxel of the block has been behind a surface: free space has
-   * nothing to carve there. */
+   *  nothing to carve there. */
   bool
   mayHoldSurface(std::size_t index) const
   {

@@ -8,7 +8,7 @@
 namespace bundle_icp {
 
 /** What all voxels of one frame share. Single precision, because positions are relative
- * to the camera. */
+ *  to the camera. */
 struct FusionView {
   const float* depth;
   const float* weight;
@@ -21,8 +21,8 @@ struct FusionView {
 };
 
 /** Fuses the frame into one block, whose first voxel lies at `corner` in the camera
- * frame. `seed` drives the unbiased rounding to the block's 16 bits. Returns true when
- * a voxel that it changed lies behind the surface. */
+ *  frame. `seed` drives the unbiased rounding to the block's 16 bits. Returns true when
+ *  a voxel that it changed lies behind the surface. */
 bool
 fuseBlock(const FusionView& view, const float corner[3], std::uint32_t seed,
           VoxelBlock& block);

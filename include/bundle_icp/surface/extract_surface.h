@@ -14,13 +14,13 @@ namespace bundle_icp {
 /** Which surface of a volume is taken, and how it is cleaned. */
 struct BUNDLE_ICP_EXPORT MeshOptions {
   /** Weight that a voxel needs to take part, > 0; 1 = a frontal measurement at 1 m.
-   * Raise it to drop what few or poor measurements saw, lower it for scans from far
-   * away. */
+   *  Raise it to drop what few or poor measurements saw, lower it for scans from far
+   *  away. */
   double min_weight = 0.02;
   /** Connected components with fewer triangles are removed; 0 = none. */
   std::size_t min_component_triangles = 200;
   /** Distance at which the surface is taken, in truncations, from 0 (the surface) to
-   * below 1 (in front of it): what pcl::MarchingCubes calls the iso level. */
+   *  below 1 (in front of it): what pcl::MarchingCubes calls the iso level. */
   double iso_level = 0;
   int num_threads = 0; ///< 0 = all
 
@@ -41,15 +41,15 @@ struct SurfaceMesh {
 /** Marching cubes over the blocks of a volume.
  *
  *  Every vertex lies strictly inside one edge of the voxel grid and is shared by all
- * triangles around it, so that no two coincide and no triangle has zero area. The mesh
- * is closed where all voxels around the surface have been observed. The result is the
- * same, order included, for any number of threads. Vertices without colour are grey.
+ *  triangles around it, so that no two coincide and no triangle has zero area. The mesh
+ *  is closed where all voxels around the surface have been observed. The result is the
+ *  same, order included, for any number of threads. Vertices without colour are grey.
  *  \throws pcl::BadArgumentException for invalid options. */
 BUNDLE_ICP_EXPORT SurfaceMesh
 extractSurface(const TSDFVolume& volume, const MeshOptions& options = {});
 
 /** Removes connected components of fewer triangles, and vertices without triangle.
- * Order is kept. */
+ *  Order is kept. */
 BUNDLE_ICP_EXPORT void
 removeSmallComponents(SurfaceMesh& mesh, std::size_t min_triangles);
 

@@ -11,7 +11,7 @@
 namespace bundle_icp {
 
 /** extractSurface() behind PCL's interface: a pcl::MarchingCubes that takes its field
- * from a TSDFVolume instead of an input cloud.
+ *  from a TSDFVolume instead of an input cloud.
  *
  *  \code
  *  bundle_icp::TSDFMarchingCubes<pcl::PointXYZRGBNormal> cubes;
@@ -22,7 +22,7 @@ namespace bundle_icp {
  *
  *  PointNT has normals; a colour is filled in when it has one. setIsoLevel() counts in
  *  truncations. Input cloud, grid resolution and percentage of the base class have no
- * effect. Library instantiations: pcl::PointNormal, pcl::PointXYZRGBNormal. */
+ *  effect. Library instantiations: pcl::PointNormal, pcl::PointXYZRGBNormal. */
 template <typename PointNT>
 class TSDFMarchingCubes : public pcl::MarchingCubes<PointNT> {
 public:

@@ -19,12 +19,12 @@ struct BUNDLE_ICP_EXPORT TSDFOptions {
   /** Edge of a voxel [m], 0.0001 to 1. Half of it takes about four times the memory. */
   double voxel_size = 0.005;
   /** mu of equation (7) [m], 2 to 100 voxels. Raise it when noise or pose errors tear
-   * the surface; lower it for thin objects seen from both sides. */
+   *  the surface; lower it for thin objects seen from both sides. */
   double truncation = 0.04;
   double min_depth = 0.1; ///< nearer depth is not integrated [m]
   double max_depth = 5.0; ///< farther depth is not integrated [m]
   /** Voxels are allocated only inside this box of the world [m], rounded outwards to
-   * whole blocks of 8 voxels; unset = everywhere. */
+   *  whole blocks of 8 voxels; unset = everywhere. */
   std::optional<Eigen::AlignedBox3d> region;
   DepthNoise
       noise; ///< gives each measurement its weight, and depth edges their threshold
@@ -38,16 +38,16 @@ struct BUNDLE_ICP_EXPORT TSDFOptions {
 /** Truncated signed distance function of equation (7) in sparse blocks of 8^3 voxels.
  *
  *  Each voxel keeps S_k(X_w), the weighted mean of the truncated distance, its weight
- *  W_k(X_w), and a colour, in 8 bytes. World frame, metres; the centre of voxel
- *  (i, j, k) lies at voxel_size * (i, j, k). Distances are those of equation (7), along
- *  the optical axis, signed so that they are positive in front of the surface (on the
+ *  W_k(X_w), and a colour, in 8 bytes. World frame, metres; the centre of voxel (i, j,
+ *  k) lies at voxel_size * (i, j, k). Distances are those of equation (7), along the
+ *  optical axis, signed so that they are positive in front of the surface (on the
  *  camera's side). Depth and colour are interpolated between the pixels of one surface,
  *  not across depth edges.
  *
  *  Weights are 1 for a frontal measurement at 1 m and follow 1 / sigma(z)^2, the
- * viewing angle and the distance to the depth edge. Blocks are allocated where a
- * measurement's truncation band runs; free space in front of it is carved out of the
- * blocks that exist.
+ *  viewing angle and the distance to the depth edge. Blocks are allocated where a
+ *  measurement's truncation band runs; free space in front of it is carved out of the
+ *  blocks that exist.
  *
  *  \code
  *  TSDFVolume volume(options);
@@ -67,10 +67,11 @@ public:
   operator=(TSDFVolume&&) noexcept;
 
   /** Fuses one frame; its colour may be empty. The result is the same, bit by bit, for
-   * any number of threads. \throws pcl::BadArgumentException when image sizes or types
-   * differ from what the camera and RGBDFrame say, for impossible intrinsics,
-   * intrinsics with distortion, and for a pose that is not rigid or too far away to be
-   * addressed. The volume is then unchanged. */
+   *  any number of threads.
+   *  \throws pcl::BadArgumentException when image sizes or types differ from what the
+   *          camera and RGBDFrame say, for impossible intrinsics, intrinsics with
+   *          distortion, and for a pose that is not rigid or too far away to be
+   *          addressed. The volume is then unchanged. */
   void
   integrate(const RGBDFrame& frame, const CameraIntrinsics& camera,
             const Pose& world_from_camera);
@@ -87,7 +88,7 @@ public:
   memoryBytes() const;
 
   /** Trilinear distance [m] at a point of the world, unset where one of the eight
-   * voxels around it has not been observed. */
+   *  voxels around it has not been observed. */
   std::optional<float>
   distance(const Eigen::Vector3f& point) const;
 
