@@ -158,6 +158,15 @@ readPly(const std::string& path)
   return content;
 }
 
+template <typename PointT>
+pcl::PointCloud<PointT>
+toCloud(const pcl::PCLPointCloud2& blob)
+{
+  pcl::PointCloud<PointT> cloud;
+  pcl::fromPCLPointCloud2(blob, cloud);
+  return cloud;
+}
+
 Evaluation
 evaluate(const Arguments& arguments)
 {
@@ -190,8 +199,11 @@ evaluate(const Arguments& arguments)
     SurfaceErrorOptions options = arguments.surface_options;
     options.truth_from_estimate = absolute->truth_from_estimate;
     const auto mesh = readPly<pcl::PolygonMesh>(arguments.mesh);
-    const auto surface = readPly<pcl::PointCloud<pcl::PointXYZ>>(arguments.surface);
-    result.surface = surfaceError(mesh, surface, options);
+    const auto surface = readPly<pcl::PCLPointCloud2>(arguments.surface);
+    if (pcl::getFieldIndex(surface, "normal_x") >= 0)
+      result.surface = surfaceError(mesh, toCloud<pcl::PointNormal>(surface), options);
+    else
+      result.surface = surfaceError(mesh, toCloud<pcl::PointXYZ>(surface), options);
   }
   return result;
 }

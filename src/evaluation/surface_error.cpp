@@ -177,4 +177,38 @@ surfaceError(const pcl::PolygonMesh& mesh, const Cloud& surface,
   return result;
 }
 
+SurfaceError
+surfaceError(const pcl::PolygonMesh& mesh,
+             const pcl::PointCloud<pcl::PointNormal>& surface,
+             const SurfaceErrorOptions& options)
+{
+  Cloud points;
+  pcl::PointCloud<pcl::PointNormal>::Ptr truth(new pcl::PointCloud<pcl::PointNormal>);
+  for (const pcl::PointNormal& point : surface)
+    if (pcl::isFinite(point)) {
+      truth->push_back(point);
+      points.emplace_back(point.x, point.y, point.z);
+    }
+  SurfaceErrorOptions planes = options;
+  pcl::KdTreeFLANN<pcl::PointNormal> tree(false);
+  if (!truth->empty() && !options.distance_to_truth) {
+    tree.setInputCloud(truth);
+    planes.distance_to_truth = [&](const Eigen::Vector3d& p) {
+      pcl::PointNormal query;
+      query.getVector3fMap() = p.cast<float>();
+      pcl::Indices index(1);
+      std::vector<float> squared(1);
+      tree.nearestKSearch(query, 1, index, squared);
+      const pcl::PointNormal& nearest = (*truth)[index[0]];
+      const float along = std::abs(nearest.getNormalVector3fMap().dot(
+          query.getVector3fMap() - nearest.getVector3fMap()));
+      // Aside by more than the true points are apart there is no true surface.
+      const double aside = std::sqrt(std::max(0.0f, squared[0] - along * along));
+      return aside < options.completeness_distance ? double(along)
+                                                   : std::sqrt(double(squared[0]));
+    };
+  }
+  return surfaceError(mesh, points, planes);
+}
+
 } // namespace bundle_icp
