@@ -16,14 +16,32 @@ namespace {
  * threads. */
 constexpr std::size_t CHUNK = 4096;
 constexpr std::size_t LANES = 16;
-/** 21 entries of H, 6 of g, and 6 further sums. */
-constexpr std::size_t SUMS = 33;
+/** 21 entries of H, 6 of g, 21 of the structure, and 6 further sums. */
+constexpr std::size_t SUMS = 54;
 
 struct Sums {
   double value[SUMS] = {};
 };
 
-/** Products of one lane block, added up in float lanes and folded into doubles per
+/** Derivatives of the distances of one lane block along unit directions n. */
+struct Jacobian {
+  alignas(64) float row[6][LANES];
+
+  inline void
+  set(const float* const p[3], const float* const n[3])
+  {
+    for (std::size_t l = 0; l < LANES; ++l) {
+      row[0][l] = p[1][l] * n[2][l] - p[2][l] * n[1][l];
+      row[1][l] = p[2][l] * n[0][l] - p[0][l] * n[2][l];
+      row[2][l] = p[0][l] * n[1][l] - p[1][l] * n[0][l];
+      row[3][l] = n[0][l];
+      row[4][l] = n[1][l];
+      row[5][l] = n[2][l];
+    }
+  }
+};
+
+/** Products of each lane block, added up in float lanes and folded into doubles per
  * chunk. */
 BUNDLE_ICP_SIMD void
 sumChunk(const Matches& m, std::size_t begin, std::size_t end, float cutoff,
@@ -32,42 +50,38 @@ sumChunk(const Matches& m, std::size_t begin, std::size_t end, float cutoff,
   alignas(64) float acc[SUMS][LANES] = {};
   const float inverse_cutoff = 1 / cutoff;
   for (std::size_t block = begin; block < end; block += LANES) {
-    alignas(64) float J[6][LANES], w[LANES], r[LANES], wm[LANES], in[LANES], hit[LANES];
-    const float *px = &m.px[block], *py = &m.py[block], *pz = &m.pz[block];
-    const float *nx = &m.nx[block], *ny = &m.ny[block], *nz = &m.nz[block];
-    const float *res = &m.residual[block], *inv = &m.inverse_sigma[block];
+    Jacobian J, S;
+    alignas(64) float w[LANES], wr[LANES];
+    const float* const p[3] = {&m.px[block], &m.py[block], &m.pz[block]};
+    const float* const n[3] = {&m.nx[block], &m.ny[block], &m.nz[block]};
+    const float* const s[3] = {&m.sx[block], &m.sy[block], &m.sz[block]};
+    const float *r = &m.residual[block], *inv = &m.inverse_sigma[block];
+    J.set(p, n);
+    S.set(p, s);
     for (std::size_t l = 0; l < LANES; ++l) {
-      J[0][l] = py[l] * nz[l] - pz[l] * ny[l];
-      J[1][l] = pz[l] * nx[l] - px[l] * nz[l];
-      J[2][l] = px[l] * ny[l] - py[l] * nx[l];
-      J[3][l] = nx[l];
-      J[4][l] = ny[l];
-      J[5][l] = nz[l];
-      r[l] = res[l];
-      const float e = std::abs(res[l] * inv[l]);
-      const float t = e * inverse_cutoff;
-      const float inside = t < 1 ? 1 - t * t : 0;
-      hit[l] = inv[l] > 0 ? 1.0f : 0.0f;
-      wm[l] = inside * inside * hit[l];
-      w[l] = wm[l] * inv[l] * inv[l];
-      in[l] = e < inlier ? hit[l] : 0.0f;
+      const float e = std::abs(r[l] * inv[l]), t = e * inverse_cutoff;
+      const float inside = t < 1 ? 1 - t * t : 0, hit = inv[l] > 0 ? 1.0f : 0.0f;
+      const float robust = inside * inside * hit, in = e < inlier ? hit : 0.0f;
+      w[l] = robust * inv[l] * inv[l];
+      wr[l] = w[l] * r[l];
+      acc[48][l] += w[l];
+      acc[49][l] += robust * r[l] * r[l];
+      acc[50][l] += robust;
+      acc[51][l] += hit;
+      acc[52][l] += in;
+      acc[53][l] += in * r[l] * r[l];
     }
     std::size_t k = 0;
     for (int a = 0; a < 6; ++a)
       for (int b = a; b < 6; ++b, ++k)
-        for (std::size_t l = 0; l < LANES; ++l)
-          acc[k][l] += w[l] * J[a][l] * J[b][l];
+        for (std::size_t l = 0; l < LANES; ++l) {
+          acc[k][l] += w[l] * J.row[a][l] * J.row[b][l];
+          acc[k + 27][l] +=
+              w[l] * (J.row[a][l] * S.row[b][l] + S.row[a][l] * J.row[b][l]);
+        }
     for (int a = 0; a < 6; ++a, ++k)
       for (std::size_t l = 0; l < LANES; ++l)
-        acc[k][l] += w[l] * J[a][l] * r[l];
-    for (std::size_t l = 0; l < LANES; ++l) {
-      acc[27][l] += w[l];
-      acc[28][l] += wm[l] * r[l] * r[l];
-      acc[29][l] += wm[l];
-      acc[30][l] += hit[l];
-      acc[31][l] += in[l];
-      acc[32][l] += in[l] * r[l] * r[l];
-    }
+        acc[k][l] += wr[l] * J.row[a][l];
   }
   for (std::size_t k = 0; k < SUMS; ++k)
     for (std::size_t l = 0; l < LANES; ++l)
@@ -156,7 +170,7 @@ rejectMatch(Matches& m, std::size_t i)
   m.target[i] = -1;
   m.inverse_sigma[i] = m.residual[i] = m.px[i] = m.py[i] = m.pz[i] = 0;
   m.nx[i] = m.ny[i] = m.nz[i] = 0;
-  m.normal_difference[i] = -1;
+  m.sx[i] = m.sy[i] = m.sz[i] = 0;
 }
 
 /** Reads the matched target points; keeps pairs that are close and face the same way.
@@ -180,18 +194,13 @@ gather(const Projection& p, const PointsView& target, const SourcePoints& s,
     const float residual = dx * n[0] + dy * n[1] + dz * n[2];
     // Written so that NaN in point or normal fails.
     bool keep = squared <= p.max_squared && std::abs(residual) < 3e38f;
-    float difference = -1;
+    float turned[3] = {n[0], n[1], n[2]};
     if (keep && has_normals) {
       const float sx = s.nx[i], sy = s.ny[i], sz = s.nz[i];
-      const float cosine =
-          n[0] *
-              (p.rotation[0][0] * sx + p.rotation[0][1] * sy + p.rotation[0][2] * sz) +
-          n[1] *
-              (p.rotation[1][0] * sx + p.rotation[1][1] * sy + p.rotation[1][2] * sz) +
-          n[2] *
-              (p.rotation[2][0] * sx + p.rotation[2][1] * sy + p.rotation[2][2] * sz);
-      keep = cosine >= p.min_cosine;
-      difference = std::max(0.0f, 2 - 2 * cosine);
+      for (int k = 0; k < 3; ++k)
+        turned[k] =
+            p.rotation[k][0] * sx + p.rotation[k][1] * sy + p.rotation[k][2] * sz;
+      keep = n[0] * turned[0] + n[1] * turned[1] + n[2] * turned[2] >= p.min_cosine;
     }
     if (!keep) {
       rejectMatch(m, i);
@@ -201,7 +210,9 @@ gather(const Projection& p, const PointsView& target, const SourcePoints& s,
     m.nx[i] = n[0];
     m.ny[i] = n[1];
     m.nz[i] = n[2];
-    m.normal_difference[i] = difference;
+    m.sx[i] = turned[0];
+    m.sy[i] = turned[1];
+    m.sz[i] = turned[2];
   }
 }
 
@@ -230,9 +241,8 @@ Matches::resize(std::size_t size)
   // Whole lane blocks: the padding has no match and weighs nothing.
   const std::size_t padded = (size + LANES - 1) / LANES * LANES;
   for (std::vector<float>* v :
-       {&px, &py, &pz, &nx, &ny, &nz, &residual, &inverse_sigma})
+       {&px, &py, &pz, &nx, &ny, &nz, &sx, &sy, &sz, &residual, &inverse_sigma})
     v->assign(padded, 0.0f);
-  normal_difference.assign(padded, -1.0f);
   target.assign(padded, -1);
 }
 
@@ -329,19 +339,6 @@ rmsError(const Matches& matches)
   return count > 0 ? std::sqrt(sum / count) : 0;
 }
 
-double
-normalSigma(const Matches& matches)
-{
-  constexpr double BIN = 1e-3;
-  std::vector<std::size_t> bins(2001);
-  for (std::size_t i = 0; i < matches.size(); ++i)
-    if (matches.normal_difference[i] >= 0)
-      ++bins[std::min<std::size_t>(
-          2000, static_cast<std::size_t>(matches.normal_difference[i] / BIN))];
-  // Median of chi-squared with two degrees: 2 ln 2.
-  return std::sqrt(histogramMedian(bins, BIN) / (2 * std::log(2.0)));
-}
-
 DenseSystem
 accumulate(const Matches& matches, double scale, int num_threads)
 {
@@ -360,16 +357,18 @@ accumulate(const Matches& matches, double scale, int num_threads)
   DenseSystem system;
   std::size_t k = 0;
   for (int a = 0; a < 6; ++a)
-    for (int b = a; b < 6; ++b, ++k)
+    for (int b = a; b < 6; ++b, ++k) {
       system.H(a, b) = system.H(b, a) = total.value[k];
+      system.structure(a, b) = system.structure(b, a) = 0.5 * total.value[k + 27];
+    }
   for (int a = 0; a < 6; ++a, ++k)
     system.g[a] = total.value[k];
-  system.weight = total.value[27];
-  system.squared_error = total.value[28];
-  system.weight_metric = total.value[29];
-  system.matched = static_cast<std::size_t>(total.value[30]);
-  system.inliers = static_cast<std::size_t>(total.value[31]);
-  system.squared_inliers = total.value[32];
+  system.weight = total.value[48];
+  system.squared_error = total.value[49];
+  system.weight_metric = total.value[50];
+  system.matched = static_cast<std::size_t>(total.value[51]);
+  system.inliers = static_cast<std::size_t>(total.value[52]);
+  system.squared_inliers = total.value[53];
   return system;
 }
 

@@ -27,8 +27,8 @@ struct SourcePoints {
  */
 struct Matches {
   std::vector<float> px, py, pz, nx, ny, nz, residual, inverse_sigma;
-  std::vector<float> normal_difference; ///< |n_source - n_target|^2, -1 = unknown
-  std::vector<int> target;              ///< matched target point, -1 = none
+  std::vector<float> sx, sy, sz; ///< the source's own normal; n where it has none
+  std::vector<int> target;       ///< matched target point, -1 = none
 
   void
   resize(std::size_t size);
@@ -44,6 +44,9 @@ struct Matches {
 struct DenseSystem {
   Matrix6d H = Matrix6d::Zero();
   Vector6d g = Vector6d::Zero();
+  /** H with one normal of each product from the source. Their noise is independent, so
+   * that it cancels, where in H it looks like structure that holds the pose. */
+  Matrix6d structure = Matrix6d::Zero();
   double weight = 0;          ///< sum of weights / sigma^2
   double squared_error = 0;   ///< weighted sum of squared residuals [m^2]
   double weight_metric = 0;   ///< sum of the same weights
@@ -81,11 +84,6 @@ robustScale(const Matches& matches);
 /** Root mean square of |r| / sigma. */
 double
 rmsError(const Matches& matches);
-
-/** Per-axis standard deviation of the angle between matched normals [rad], 0 if
- * unknown. */
-double
-normalSigma(const Matches& matches);
 
 /** Sums the normal equations with Tukey's biweight at 4.685 `scale`. */
 DenseSystem

@@ -132,11 +132,10 @@ NearestMatcher::fillPlanes(const SourcePoints& source, const Pose& pose,
                   problem_.target.normals + t * problem_.target.stride))
             : normals_[t];
     bool keep = n.allFinite();
+    Eigen::Vector3f turned = n;
     if (keep && own && !source.nx.empty()) {
-      const float cosine =
-          n.dot(rotation * Eigen::Vector3f(source.nx[i], source.ny[i], source.nz[i]));
-      keep = cosine >= MIN_COSINE;
-      m.normal_difference[i] = std::max(0.0f, 2 - 2 * cosine);
+      turned = rotation * Eigen::Vector3f(source.nx[i], source.ny[i], source.nz[i]);
+      keep = n.dot(turned) >= MIN_COSINE;
     }
     if (!keep) {
       m.target[i] = -1;
@@ -147,6 +146,9 @@ NearestMatcher::fillPlanes(const SourcePoints& source, const Pose& pose,
     m.nx[i] = n.x();
     m.ny[i] = n.y();
     m.nz[i] = n.z();
+    m.sx[i] = turned.x();
+    m.sy[i] = turned.y();
+    m.sz[i] = turned.z();
     m.inverse_sigma[i] = 1;
   }
 }
@@ -169,6 +171,7 @@ NearestMatcher::fillPoints(std::size_t size, const Eigen::Vector3d& center,
       axes.py[k] = p.y();
       axes.pz[k] = p.z();
       (axis == 0 ? axes.nx : axis == 1 ? axes.ny : axes.nz)[k] = 1;
+      (axis == 0 ? axes.sx : axis == 1 ? axes.sy : axes.sz)[k] = 1;
       axes.residual[k] = d[static_cast<Eigen::Index>(axis)];
       axes.inverse_sigma[k] = 1;
       axes.target[k] = m.target[i];

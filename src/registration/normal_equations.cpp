@@ -49,7 +49,9 @@ solve(const DenseSystem& dense, double variance_factor, const VisualSystem& visu
   const auto S = unit.asDiagonal();
   const Matrix6d H = S * (dense.H / variance_factor) * S;
   const double weight = dense.weight / variance_factor;
-  const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(H);
+  const Matrix6d structure = S * (dense.structure / variance_factor) * S;
+  const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(
+      observability.misaligned ? H : structure);
   Step step;
   Matrix6d held = Matrix6d::Zero();
   for (int k = 0; k < 6; ++k) {

@@ -19,14 +19,18 @@ namespace {
 constexpr double POINTS_OF_LAST_LEVEL = 80000;
 /** No level has fewer, unless the source has. */
 constexpr double MIN_POINTS_OF_LEVEL = 500;
-/** Largest distance of a projective match, and misalignment allowed for, on the levels
- * [m]. */
-constexpr MatchTolerance LEVEL_TOLERANCE[] = {{0.5f, 0.1f}, {0.3f, 0.03f}, {0.15f, 0}};
+/** Largest distance of a projective match on the coarse levels and the last one [m]. */
+constexpr float COARSE_DISTANCE = 0.4f, LAST_DISTANCE = 0.15f;
+/** Misalignment that the coarse levels allow for, tried in this order [m]: wide kernels
+ * see far structures pull, narrow ones are not led astray by clutter. */
+constexpr float MISALIGNMENTS[] = {0.1f, 0.03f, 0.3f};
+/** No further kernel is tried once this share of the source lies on the target. */
+constexpr double ENOUGH_OVERLAP = 0.75;
 /** With nearest neighbours, whose unit of length is unknown, the same is a share of the
  * root mean square distance. */
 constexpr double LEVEL_RMS_SHARE[] = {1, 0.3, 0};
-/** Share of the iterations that may be spent up to the end of a level. */
-constexpr double LEVEL_BUDGET[] = {0.4, 0.7, 1};
+/** Share of the iterations that one run of a coarse level may spend. */
+constexpr double COARSE_BUDGET = 0.15;
 /** Observed noise counts as at least this share of the model's: residuals of exact data
  * must not declare every curvature an outlier. */
 constexpr double MIN_SCALE = 0.25;
@@ -65,8 +69,14 @@ private:
   renderAgain();
   void
   selectLevels();
+  void
+  useLevel(std::size_t level, float misalignment);
+  double
+  overlapOnLevel(std::size_t level);
+  void
+  approach();
   bool
-  runLevel(std::size_t level);
+  runLevel(std::size_t level, float misalignment);
   double
   smallestScale() const;
   Evaluation
@@ -120,7 +130,6 @@ Aligner::renderAgain()
   if (moved.translation().norm() <= RENDER_DISTANCE &&
       rotationAngle(moved) <= RENDER_ANGLE)
     return false;
-  ++out_.result.renderings;
   std::string reason = "nothing was rendered";
   const std::optional<PointsView> target = problem_.render(pose_);
   std::optional<TargetGrid> grid;
@@ -132,6 +141,7 @@ Aligner::renderAgain()
     return false;
   }
   grid_ = std::move(grid);
+  ++out_.result.renderings;
   return true;
 }
 
@@ -212,8 +222,7 @@ Aligner::evaluate()
     at.visual = accumulateVisual(problem_.visual, pose_, center_, visual_pose_->scale);
   Observability observability;
   observability.length = length_;
-  const double sigma = normalSigma(matches_);
-  observability.min_share = std::max(observability.min_share, sigma * sigma);
+  observability.misaligned = level_ + 1 < levels_.size();
   if (grid_)
     observability.max_deviation = MAX_DEVIATION;
   // Better residuals than the model expects are no reason to trust them more.
@@ -257,16 +266,62 @@ Aligner::notify() const
   problem_.on_iteration(pose_, source, target);
 }
 
-/** Iterates on one level. \return true when it converged within the budget. */
-bool
-Aligner::runLevel(std::size_t level)
+void
+Aligner::useLevel(std::size_t level, float misalignment)
 {
   level_ = level;
   source_ = &levels_[level];
   const float limit = static_cast<float>(std::min(problem_.max_distance, 1e18));
-  tolerance_ = grid_ ? LEVEL_TOLERANCE[level] : MatchTolerance{limit, 0};
-  tolerance_.max_distance = std::min(tolerance_.max_distance, limit);
-  const int budget = static_cast<int>(LEVEL_BUDGET[level] * problem_.max_iterations);
+  const float generous = misalignment > 0 ? COARSE_DISTANCE : LAST_DISTANCE;
+  tolerance_ = {grid_ ? std::min(generous, limit) : limit, misalignment};
+}
+
+/** Share of the level's points that lie on the target within the expected noise. */
+double
+Aligner::overlapOnLevel(std::size_t level)
+{
+  useLevel(level, 0);
+  evaluate();
+  return static_cast<double>(accumulate(matches_, 1, problem_.num_threads).inliers) /
+         static_cast<double>(std::max<std::size_t>(1, source_->size()));
+}
+
+/** The coarse levels: brings the pose near enough for the last one. */
+void
+Aligner::approach()
+{
+  const std::size_t coarse = levels_.size() - 1;
+  const Pose start = pose_;
+  Pose best = start;
+  double best_overlap = -1;
+  for (const float misalignment : MISALIGNMENTS) {
+    pose_ = start;
+    for (std::size_t level = 0; level < coarse; ++level)
+      runLevel(level, level == 0 ? misalignment : std::min(misalignment, 0.03f));
+    if (!grid_)
+      return;
+    const double overlap = overlapOnLevel(coarse - 1);
+    if (overlap > best_overlap) {
+      best_overlap = overlap;
+      best = pose_;
+    }
+    if (overlap >= ENOUGH_OVERLAP)
+      break;
+  }
+  pose_ = best;
+}
+
+/** Iterates on one level. \return true when it converged within the budget. */
+bool
+Aligner::runLevel(std::size_t level, float misalignment)
+{
+  const bool last = level + 1 == levels_.size();
+  useLevel(level, misalignment);
+  const int budget =
+      last ? problem_.max_iterations
+           : std::min(problem_.max_iterations,
+                      out_.result.iterations +
+                          static_cast<int>(COARSE_BUDGET * problem_.max_iterations));
   mean_squared_ = -1;
   while (out_.result.iterations < budget) {
     const Evaluation at = evaluate();
@@ -336,13 +391,13 @@ Aligner::run()
     out_.world_from_source = pose_;
     return out_;
   }
-  bool done = false;
-  for (std::size_t level = 0; level < levels_.size(); ++level) {
-    renderAgain();
-    done = runLevel(level);
-  }
+  renderAgain();
+  approach();
+  const std::size_t last = levels_.size() - 1;
+  renderAgain();
+  bool done = runLevel(last, 0);
   while (done && renderAgain())
-    done = runLevel(levels_.size() - 1);
+    done = runLevel(last, 0);
   Evaluation at = evaluate();
   result.status = done ? BundleICPStatus::CONVERGED : BundleICPStatus::MAX_ITERATIONS;
   if (at.dense.matched < 6)

@@ -58,7 +58,7 @@ TEST_F(RegistrationProtocol, EveryInheritedGetterAfterAlign)
       1e-3);
   EXPECT_EQ(reg.getInputSource(), source);
   EXPECT_EQ(reg.getInputTarget(), target);
-  EXPECT_EQ(reg.getMaximumIterations(), 50);
+  EXPECT_EQ(reg.getMaximumIterations(), 100);
   EXPECT_EQ(reg.getTransformationEpsilon(), 1e-8);
   EXPECT_GT(reg.getResult().iterations, 0);
   // Mean squared distance to the nearest sample of a grid that is about 10 mm wide.

@@ -35,7 +35,7 @@ namespace bundle_icp {
  *  Inherited setters keep PCL's meaning: the transformation epsilon is a squared length
  *  (default 1e-8), the rotation epsilon a cosine (default 0: 1 - transformation
  * epsilon), the Euclidean fitness epsilon a relative change of the mean squared
- * distance. At most 50 iterations by default. As in pcl::IterativeClosestPoint,
+ * distance. At most 100 iterations by default. As in pcl::IterativeClosestPoint,
  * reaching the limit counts as converged. The kd-tree of the target is built when it is
  * first needed. */
 template <typename PointSource, typename PointTarget, typename Scalar = float>

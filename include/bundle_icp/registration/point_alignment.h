@@ -67,7 +67,7 @@ struct AlignmentProblem {
   VisualCorrespondences visual;
   DepthNoise noise;
 
-  int max_iterations = 50;
+  int max_iterations = 100;
   double max_distance = std::numeric_limits<double>::max(); ///< of a correspondence [m]
   double translation_epsilon =
       1e-8; ///< squared length of a step that ends the loop [m^2]
