@@ -2,6 +2,8 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "graph/descriptor_products.h"
 
+#include "common/simd.h"
+
 #include <algorithm>
 #include <cstring>
 
@@ -116,13 +118,7 @@ bestKernel()
   return productsPortable;
 }
 
-#if defined(__x86_64__)
-#define BUNDLE_ICP_DISPATCH __attribute__((target_clones("avx512f", "avx2", "default")))
-#else
-#define BUNDLE_ICP_DISPATCH
-#endif
-
-BUNDLE_ICP_DISPATCH std::int32_t
+BUNDLE_ICP_SIMD std::int32_t
 largest(const std::int32_t* values, int n)
 {
   std::int32_t result = -1;
@@ -131,7 +127,7 @@ largest(const std::int32_t* values, int n)
   return result;
 }
 
-BUNDLE_ICP_DISPATCH void
+BUNDLE_ICP_SIMD void
 updateColumns(const std::int32_t* values, int row, int n, std::int32_t* best, int* index)
 {
   for (int j = 0; j < n; ++j) {

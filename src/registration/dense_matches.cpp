@@ -2,7 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "dense_matches.h"
 
-#include "simd.h"
+#include "common/simd.h"
 #include "threads.h"
 
 #include <algorithm>

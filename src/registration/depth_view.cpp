@@ -2,7 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "depth_edges.h"
 #include "reduce_depth.h"
-#include "simd.h"
+#include "common/simd.h"
 #include "threads.h"
 
 #include <bundle_icp/registration/virtual_depth.h>

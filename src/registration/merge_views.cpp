@@ -2,7 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "merge_views.h"
 
-#include "simd.h"
+#include "common/simd.h"
 #include "threads.h"
 
 #include <algorithm>

@@ -3,7 +3,7 @@
 #include "warp_view.h"
 
 #include "depth_edges.h"
-#include "simd.h"
+#include "common/simd.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "surface/block_allocation.h"
+#include "surface/depth_filter.h"
 #include "surface/num_threads.h"
 #include "surface/tsdf_volume_impl.h"
 #include "surface/voxel_fusion.h"
@@ -128,6 +129,8 @@ TSDFOptions::isValid(std::string* error) const
     return fail("region must be finite, with min < max along each axis");
   if (!noise.isValid(error))
     return false;
+  if (smoothing_radius < 0 || smoothing_radius > 10)
+    return fail(concatenate("smoothing_radius ", smoothing_radius, " px; expected 0 to 10"));
   if (num_threads < 0)
     return fail(concatenate("num_threads ", num_threads, "; expected 0 (all) or more"));
   return true;
@@ -156,7 +159,10 @@ TSDFVolume::integrate(const RGBDFrame& frame, const CameraIntrinsics& camera,
   const int num_threads = resolveNumThreads(options.num_threads);
   VoxelBlockMap& blocks = impl_->blocks;
 
-  const DepthSamples samples(frame, camera, options, num_threads);
+  RGBDFrame smooth = frame;
+  if (options.smoothing_radius > 0)
+    smooth.depth = smoothDepth(frame.depth, options.noise, options.smoothing_radius, num_threads);
+  const DepthSamples samples(smooth, camera, options, num_threads);
   for (const std::uint64_t key :
        findBandBlocks(samples, world_from_camera, options, num_threads))
     blocks.insert(key);

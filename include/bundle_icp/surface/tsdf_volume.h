@@ -28,6 +28,9 @@ struct BUNDLE_ICP_EXPORT TSDFOptions {
   std::optional<Eigen::AlignedBox3d> region;
   DepthNoise
       noise; ///< gives each measurement its weight, and depth edges their threshold
+  /** Depth images are smoothed within surfaces before they are fused, over a window of this
+   *  half size [px], 0 to 10, 0 = not: far surfaces gain most. */
+  int smoothing_radius = 3;
   int num_threads = 0; ///< 0 = all
 
   /** True when every field is in its range; otherwise `error` says which is not. */

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#pragma once
+
+#include <bundle_icp/common/depth_noise.h>
+
+#include <opencv2/core/mat.hpp>
+
+namespace bundle_icp {
+
+/** Averages each depth with those around it that belong to its surface: a bilateral filter
+ *  (Tomasi, Manduchi, ICCV 1998) on the inverse of depth. There a plane is linear, so that a
+ *  symmetric window does not move it however slanted it is, and noise that grows with the
+ *  square of depth is about the same everywhere. Pixels without depth stay without.
+ *  \param depth CV_32FC1 [m], NaN = not measured
+ *  \param radius half size of the window [px] */
+cv::Mat
+smoothDepth(const cv::Mat& depth, const DepthNoise& noise, int radius, int num_threads);
+
+} // namespace bundle_icp
