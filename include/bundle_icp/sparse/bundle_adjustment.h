@@ -36,7 +36,7 @@ struct BUNDLE_ICP_EXPORT BundleAdjustmentOptions {
   /** Scale of the Cauchy loss on residuals, each over its own sigma. */
   double loss_scale = 2;
   /** Stops when an iteration lowers the cost by less than this share. */
-  double function_tolerance = 1e-5;
+  double function_tolerance = 1e-4;
   /** Residuals of measured depth take part. */
   bool use_depth = true;
 
