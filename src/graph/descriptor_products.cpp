@@ -174,9 +174,9 @@ bestProducts(const cv::Mat& first,
       updateColumns(out[r], i + r, n, column_best.data(), columns.data());
       BestProducts& row = rows[i + r];
       row.best = largest(out[r], n);
+      if (row.best < 0)
+        continue; // there are no columns
       row.index = int(std::find(out[r], out[r] + n, row.best) - out[r]);
-      if (row.index == n)
-        continue;
       out[r][row.index] = -1;
       row.second = largest(out[r], n);
     }

@@ -17,6 +17,14 @@ namespace {
 /** Square of RootSIFT's norm in the units of Features::descriptors. */
 constexpr std::int32_t SQUARED_NORM = 256 * 256;
 
+/** Of unit vectors: |a - b|^2 / 2 = 1 - a b. Rounded descriptors may be a little longer than one:
+ *  a negative distance would turn the ratio test around. */
+std::int32_t
+halfSquaredDistance(std::int32_t product)
+{
+  return std::max(SQUARED_NORM - product, 0);
+}
+
 /** Descriptors prepared for many matchings; which member is set depends on the back end. */
 struct PreparedDescriptors {
   std::unique_ptr<PackedDescriptors> packed;
@@ -57,9 +65,8 @@ match(const cv::Mat& first,
   const double squared_ratio = options.ratio * options.ratio;
   for (int i = 0; i < first.rows; ++i) {
     const BestProducts& best = rows[i];
-    // Unit vectors: squared distance = 2 - 2 product.
     if (best.index >= 0 && columns[best.index] == i &&
-        SQUARED_NORM - best.best < squared_ratio * (SQUARED_NORM - best.second))
+        halfSquaredDistance(best.best) < squared_ratio * halfSquaredDistance(best.second))
       matches.push_back({i, best.index});
   }
   return matches;

@@ -6,7 +6,7 @@
 
 #include <pcl/exceptions.h>
 
-#include <map>
+#include <set>
 
 namespace bundle_icp {
 namespace {
@@ -38,9 +38,11 @@ private:
   const ImageGraph& graph_;
   const BundleAdjustmentOptions& options_;
   const SparseModel& model_;
-  // Ordered maps: the order of blocks decides the order in which Ceres adds.
-  std::map<std::size_t, PoseBlock> poses_;
-  std::map<std::size_t, Eigen::Vector3d> points_;
+  // Ceres adds in the order of the blocks' addresses: each kind lies in one array, by index.
+  std::vector<PoseBlock> poses_;
+  std::vector<Eigen::Vector3d> points_;
+  std::set<std::size_t> images_;            ///< that take part
+  std::vector<std::size_t> moving_points_;
   ceres::Problem problem_;
 };
 
@@ -49,8 +51,10 @@ Adjustment::Adjustment(const ImageGraph& graph,
                        const BundleAdjustmentProblem& problem,
                        const BundleAdjustmentOptions& options,
                        const SparseModel& model)
-: graph_(graph), options_(options), model_(model)
+: graph_(graph), options_(options), model_(model), poses_(model.numImages())
 {
+  for (const ScenePoint& point : model.points())
+    points_.push_back(point.position);
   addPoses(problem);
   addObservations();
   addRelativePoses(problem.relative_poses);
@@ -61,20 +65,20 @@ Adjustment::addPoses(const BundleAdjustmentProblem& problem)
 {
   auto* manifold = new PoseManifold;
   const auto add = [&](std::size_t image) {
-    if (!model_.isRegistered(image))
+    if (image >= model_.numImages() || !model_.isRegistered(image))
       throw pcl::BadArgumentException("adjustBundle: image " + std::to_string(image) +
                                       " is not registered");
-    PoseBlock& block =
-        poses_.emplace(image, PoseBlock(model_.worldFromCamera(image))).first->second;
-    problem_.AddParameterBlock(block.values, 7, manifold);
-    return block.values;
+    if (images_.insert(image).second)
+      poses_[image] = PoseBlock(model_.worldFromCamera(image));
+    problem_.AddParameterBlock(poses_[image].values, 7, manifold);
+    return poses_[image].values;
   };
   for (const std::size_t image : problem.variable)
     add(image);
   for (const std::size_t image : problem.constant)
     problem_.SetParameterBlockConstant(add(image));
   if (problem.constant.empty() && !problem.variable.empty())
-    problem_.SetParameterBlockConstant(poses_.at(problem.variable.front()).values);
+    problem_.SetParameterBlockConstant(poses_[problem.variable.front()].values);
 }
 
 void
@@ -85,16 +89,17 @@ Adjustment::addObservations()
     std::vector<Observation> observations;
     bool moves = false;
     for (const Observation& o : model_.points()[p].track)
-      if (const auto pose = poses_.find(o.image); pose != poses_.end()) {
+      if (images_.count(o.image)) {
         observations.push_back(o);
-        moves |= !problem_.IsParameterBlockConstant(pose->second.values);
+        moves |= !problem_.IsParameterBlockConstant(poses_[o.image].values);
       }
     if (!moves || observations.size() < 2)
       continue;
-    double* point = points_.emplace(p, model_.points()[p].position).first->second.data();
+    moving_points_.push_back(p);
+    double* point = points_[p].data();
     for (const Observation& o : observations) {
       const Features& features = graph_.features(o.image);
-      double* pose = poses_.at(o.image).values;
+      double* pose = poses_[o.image].values;
       problem_.AddResidualBlock(new PixelResidual(graph_.camera(),
                                                   features.pixels[o.feature].cast<double>(),
                                                   features.pixel_sigmas[o.feature]),
@@ -114,15 +119,13 @@ Adjustment::addObservations()
 void
 Adjustment::addRelativePoses(const std::vector<RelativePoseTerm>& terms)
 {
-  for (const RelativePoseTerm& term : terms) {
-    const auto first = poses_.find(term.first), second = poses_.find(term.second);
-    if (first != poses_.end() && second != poses_.end() && term.first != term.second)
+  for (const RelativePoseTerm& term : terms)
+    if (images_.count(term.first) && images_.count(term.second) && term.first != term.second)
       problem_.AddResidualBlock(
           new RelativePoseResidual(term.first_from_second, term.information),
           nullptr,
-          first->second.values,
-          second->second.values);
-  }
+          poses_[term.first].values,
+          poses_[term.second].values);
 }
 
 BundleAdjustmentResult
@@ -132,14 +135,14 @@ Adjustment::solve()
   options.max_num_iterations = options_.max_iterations;
   options.function_tolerance = options_.function_tolerance;
   options.linear_solver_type =
-      poses_.size() < 60 ? ceres::DENSE_SCHUR : ceres::SPARSE_SCHUR;
+      images_.size() < 60 ? ceres::DENSE_SCHUR : ceres::SPARSE_SCHUR;
   options.num_threads = 1;
   options.logging_type = ceres::SILENT;
   auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
-  for (auto& [index, point] : points_)
-    ordering->AddElementToGroup(point.data(), 0);
-  for (auto& [image, pose] : poses_)
-    ordering->AddElementToGroup(pose.values, 1);
+  for (const std::size_t p : moving_points_)
+    ordering->AddElementToGroup(points_[p].data(), 0);
+  for (const std::size_t image : images_)
+    ordering->AddElementToGroup(poses_[image].values, 1);
   options.linear_solver_ordering = ordering;
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem_, &summary);
@@ -156,11 +159,11 @@ Adjustment::solve()
 void
 Adjustment::writeBack(SparseModel& model) const
 {
-  for (const auto& [image, pose] : poses_)
-    if (!problem_.IsParameterBlockConstant(pose.values))
-      model.setWorldFromCamera(image, pose.worldFromCamera());
-  for (const auto& [index, point] : points_)
-    model.setPosition(index, point);
+  for (const std::size_t image : images_)
+    if (!problem_.IsParameterBlockConstant(poses_[image].values))
+      model.setWorldFromCamera(image, poses_[image].worldFromCamera());
+  for (const std::size_t p : moving_points_)
+    model.setPosition(p, points_[p]);
 }
 
 } // namespace

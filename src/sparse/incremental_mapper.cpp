@@ -23,11 +23,11 @@ constexpr int INTERMEDIATE_ITERATIONS = 6;
 class IncrementalMapper::Impl {
 public:
   Impl(const ImageGraph& graph, DepthViewProvider depth_views, const MapperOptions& options)
-  : graph_(graph)
+  : registrations_(graph.size())
+  , graph_(graph)
   , depth_views_(std::move(depth_views))
   , options_(options)
   , registrar_(graph_, depth_views_, options_)
-  , registrations_(graph.size())
   , visibility_(graph.size())
   {
   }
@@ -38,6 +38,10 @@ public:
   std::vector<ImageRegistration> registrations_;
 
 private:
+  bool
+  registerComponents(SparseModel& model);
+  void
+  numberBySize(SparseModel& model) const;
   bool
   initialise(SparseModel& model, int component);
   bool
@@ -119,6 +123,14 @@ IncrementalMapper::Impl::run(SparseModel& model, const ProgressCallback& progres
   model.resize(graph_.size());
   for (std::size_t i = 0; i < graph_.size(); ++i)
     registrations_[i].reason = graph_.exclusion(i);
+  const bool completed = registerComponents(model);
+  numberBySize(model);
+  return completed;
+}
+
+bool
+IncrementalMapper::Impl::registerComponents(SparseModel& model)
+{
   for (int component = 0; initialise(model, component); ++component) {
     if (!grow(model, component, true))
       return false;
@@ -129,6 +141,21 @@ IncrementalMapper::Impl::run(SparseModel& model, const ProgressCallback& progres
     registerByTime(model, component);
   }
   return true;
+}
+
+/** Components grow in the order of their best connected image, which is not that of their size. */
+void
+IncrementalMapper::Impl::numberBySize(SparseModel& model) const
+{
+  std::vector<std::vector<std::size_t>> components;
+  for (int component = 0; !model.registeredImages(component).empty(); ++component)
+    components.push_back(model.registeredImages(component));
+  std::stable_sort(components.begin(), components.end(), [](const auto& a, const auto& b) {
+    return a.size() > b.size();
+  });
+  for (std::size_t c = 0; c < components.size(); ++c)
+    for (const std::size_t image : components[c])
+      model.registerImage(image, model.worldFromCamera(image), int(c));
 }
 
 bool

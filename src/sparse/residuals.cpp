@@ -100,6 +100,8 @@ PixelResidual::Evaluate(double const* const* parameters,
   Eigen::Matrix<double, 2, 3> by_point;
   by_point << camera_.fx / z, 0, -camera_.fx * point.x() / (z * z), 0, camera_.fy / z,
       -camera_.fy * point.y() / (z * z);
+  if (point.z() < z) // the bound does not move with the point
+    by_point.col(2).setZero();
   by_point *= weight_;
   if (jacobians[0]) {
     Eigen::Map<Eigen::Matrix<double, 2, 7, Eigen::RowMajor>> by_pose(jacobians[0]);

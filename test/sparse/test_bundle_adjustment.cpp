@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#include <bundle_icp/sparse/bundle_adjustment.h>
+
+#include "landmarks.h"
+#include "messages.h"
+
+#include <pcl/exceptions.h>
+
+using namespace bundle_icp;
+using namespace bundle_icp::test;
+
+namespace {
+
+/** Six exact views of landmarks, all registered at their true poses. */
+struct Scene {
+  Landmarks landmarks{150};
+  std::vector<LandmarkView> views = landmarkViews(landmarks, 6);
+  ImageGraph graph = toGraph(landmarks, views);
+  SparseModel model{6};
+  BundleAdjustmentProblem problem;
+
+  Scene()
+  {
+    for (std::size_t i = 0; i < views.size(); ++i) {
+      model.registerImage(graph, i, views[i].world_from_camera, 0, {});
+      problem.variable.push_back(i);
+    }
+  }
+
+  /** Moves all poses but the first, and all points. */
+  void
+  perturb()
+  {
+    for (std::size_t i = 1; i < views.size(); ++i)
+      model.setWorldFromCamera(i, randomMotion(i, 0.01, 0.02) *
+                                      views[i].world_from_camera);
+    for (std::size_t p = 0; p < model.points().size(); ++p)
+      model.setPosition(p, randomMotion(p, 0, 0.02) * model.points()[p].position);
+  }
+
+  double
+  largestPoseError() const
+  {
+    double largest = 0;
+    for (std::size_t i = 0; i < views.size(); ++i)
+      largest = std::max(largest, logarithm(model.worldFromCamera(i) *
+                                            views[i].world_from_camera.inverse())
+                                      .norm());
+    return largest;
+  }
+
+  double
+  largestPointError() const
+  {
+    double largest = 0;
+    for (const ScenePoint& point : model.points())
+      if (!point.track.empty()) {
+        const Observation& o = point.track.front();
+        const int landmark = views[o.image].landmarks[o.feature];
+        largest =
+            std::max(largest, (landmarks.point(landmark) - point.position).norm());
+      }
+    return largest;
+  }
+};
+
+} // namespace
+
+TEST(AdjustBundle, RecoversTheTruth)
+{
+  Scene scene;
+  scene.perturb();
+  ASSERT_GT(scene.largestPoseError(), 0.01);
+  const BundleAdjustmentResult result =
+      adjustBundle(scene.graph, scene.problem, {}, scene.model);
+  EXPECT_TRUE(result.success);
+  EXPECT_GT(result.iterations, 1);
+  EXPECT_GT(result.num_residuals, 1000u);
+  EXPECT_LT(result.final_cost, 1e-2);
+  EXPECT_LT(scene.largestPoseError(), 1e-4);
+  EXPECT_LT(scene.largestPointError(), 1e-4);
+}
+
+TEST(AdjustBundle, PixelsAloneKeepTheShape)
+{
+  Scene scene;
+  scene.perturb();
+  BundleAdjustmentOptions options;
+  options.use_depth = false;
+  const BundleAdjustmentResult with =
+      adjustBundle(scene.graph, scene.problem, {}, scene.model);
+  scene.perturb();
+  const BundleAdjustmentResult without =
+      adjustBundle(scene.graph, scene.problem, options, scene.model);
+  EXPECT_TRUE(without.success);
+  EXPECT_EQ(with.num_residuals, without.num_residuals / 2 * 3);
+  EXPECT_LT(without.final_cost, 1e-2);
+}
+
+TEST(AdjustBundle, HoldsTheFirstImageWhichFixesTheGauge)
+{
+  Scene scene;
+  scene.perturb();
+  scene.problem.variable = {3, 0, 1, 2, 4, 5};
+  std::vector<Eigen::Matrix4d> before;
+  for (std::size_t i = 0; i < 6; ++i)
+    before.push_back(scene.model.worldFromCamera(i).matrix());
+  adjustBundle(scene.graph, scene.problem, {}, scene.model);
+  for (std::size_t i = 0; i < 6; ++i)
+    EXPECT_EQ(scene.model.worldFromCamera(i).matrix() == before[i], i == 3) << i;
+}
+
+TEST(AdjustBundle, ConstantImagesStayBitEqual)
+{
+  Scene scene;
+  scene.perturb();
+  scene.problem.variable = {1, 2, 5};
+  scene.problem.constant = {0, 3};
+  std::vector<Eigen::Matrix4d> before;
+  for (std::size_t i = 0; i < 6; ++i)
+    before.push_back(scene.model.worldFromCamera(i).matrix());
+  EXPECT_TRUE(adjustBundle(scene.graph, scene.problem, {}, scene.model).success);
+  for (const std::size_t i : {0, 3, 4}) // 4 takes no part
+    EXPECT_EQ(scene.model.worldFromCamera(i).matrix(), before[i]) << i;
+  for (const std::size_t i : {1, 2, 5})
+    EXPECT_NE(scene.model.worldFromCamera(i).matrix(), before[i]) << i;
+}
+
+TEST(AdjustBundle, CostNeverRisesAndTheOptimumStays)
+{
+  Scene scene;
+  scene.perturb();
+  double last = std::numeric_limits<double>::infinity();
+  BundleAdjustmentOptions options;
+  options.max_iterations = 1;
+  for (int k = 0; k < 6; ++k) {
+    const BundleAdjustmentResult result =
+        adjustBundle(scene.graph, scene.problem, options, scene.model);
+    EXPECT_LE(result.final_cost, result.initial_cost);
+    EXPECT_LE(result.initial_cost, last * (1 + 1e-9) + 1e-9);
+    last = result.final_cost;
+  }
+  Scene exact;
+  adjustBundle(exact.graph, exact.problem, {}, exact.model);
+  EXPECT_LT(exact.largestPoseError(), 1e-6);
+}
+
+TEST(AdjustBundle, IsTheSameFromRunToRun)
+{
+  Scene a, b;
+  a.perturb();
+  b.perturb();
+  adjustBundle(a.graph, a.problem, {}, a.model);
+  adjustBundle(b.graph, b.problem, {}, b.model);
+  for (std::size_t i = 0; i < 6; ++i)
+    EXPECT_EQ(a.model.worldFromCamera(i).matrix(), b.model.worldFromCamera(i).matrix());
+}
+
+TEST(AdjustBundle, RelativePosesAlonePullPoses)
+{
+  Scene scene;
+  SparseModel model(6);
+  for (std::size_t i = 0; i < 6; ++i)
+    model.registerImage(i, scene.views[i].world_from_camera, 0); // no tracks
+  model.setWorldFromCamera(1, randomMotion(1, 0.05, 0.1) *
+                                  scene.views[1].world_from_camera);
+  model.setWorldFromCamera(2, randomMotion(2, 0.05, 0.1) *
+                                  scene.views[2].world_from_camera);
+  BundleAdjustmentProblem problem;
+  problem.variable = {0, 1, 2};
+  for (std::size_t i = 0; i < 2; ++i) {
+    RelativePoseTerm term;
+    term.first = i;
+    term.second = i + 1;
+    term.first_from_second = scene.views[i].world_from_camera.inverse() *
+                             scene.views[i + 1].world_from_camera;
+    term.information = 1e4 * Matrix6d::Identity();
+    problem.relative_poses.push_back(term);
+  }
+  RelativePoseTerm ignored; // to an image that takes no part
+  ignored.first = 0;
+  ignored.second = 5;
+  ignored.information = 1e9 * Matrix6d::Identity();
+  problem.relative_poses.push_back(ignored);
+  const BundleAdjustmentResult result = adjustBundle(scene.graph, problem, {}, model);
+  EXPECT_EQ(result.num_residuals, 12u);
+  for (std::size_t i = 0; i < 3; ++i)
+    EXPECT_LT(
+        logarithm(model.worldFromCamera(i) * scene.views[i].world_from_camera.inverse())
+            .norm(),
+        1e-4);
+}
+
+TEST(AdjustBundle, RefusesImagesWithoutAPose)
+{
+  Scene scene;
+  scene.model.registerImage(4, Pose::Identity(), -1);
+  EXPECT_CONTAINS(messageOf<pcl::BadArgumentException>([&] {
+                    adjustBundle(scene.graph, scene.problem, {}, scene.model);
+                  }),
+                  "adjustBundle: image 4 is not registered");
+  scene.problem.variable = {0, 1};
+  scene.problem.constant = {4};
+  EXPECT_CONTAINS(messageOf<pcl::BadArgumentException>([&] {
+                    adjustBundle(scene.graph, scene.problem, {}, scene.model);
+                  }),
+                  "image 4 is not registered");
+}
+
+TEST(AdjustBundle, RefusesInvalidOptions)
+{
+  Scene scene;
+  const auto message = [&](const BundleAdjustmentOptions& options) {
+    return messageOf<pcl::BadArgumentException>(
+        [&] { adjustBundle(scene.graph, scene.problem, options, scene.model); });
+  };
+  BundleAdjustmentOptions options;
+  options.max_iterations = 0;
+  EXPECT_CONTAINS(message(options), "adjustBundle: max_iterations must be >= 1");
+  options = {};
+  options.loss_scale = 0;
+  EXPECT_CONTAINS(message(options), "loss_scale must be > 0");
+  options = {};
+  options.function_tolerance = 0;
+  EXPECT_CONTAINS(message(options), "function_tolerance must be > 0");
+}

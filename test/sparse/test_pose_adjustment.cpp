@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#include "sparse/pose_adjustment.h"
+
+#include "landmarks.h"
+
+#include <gtest/gtest.h>
+
+using namespace bundle_icp;
+using namespace bundle_icp::test;
+
+namespace {
+
+struct Scene {
+  Landmarks landmarks{200};
+  LandmarkView view = landmarks.look(randomMotion(3, 0.2, 0.3));
+
+  std::vector<PointObservation>
+  observations() const
+  {
+    std::vector<PointObservation> result;
+    for (std::size_t j = 0; j < view.landmarks.size(); ++j)
+      result.push_back({static_cast<int>(j), landmarks.point(view.landmarks[j])});
+    return result;
+  }
+
+  Pose
+  adjust(const std::vector<PointObservation>& observations, const DensePose& dense,
+         const Pose& guess, const BundleAdjustmentOptions& options = {}) const
+  {
+    return adjustPose(view.features, landmarks.camera(), observations, dense, options,
+                      guess);
+  }
+};
+
+double
+distance(const Pose& a, const Pose& b)
+{
+  return logarithm(a * b.inverse()).norm();
+}
+
+} // namespace
+
+TEST(AdjustPose, ReturnsToTheTruth)
+{
+  const Scene scene;
+  const Pose& truth = scene.view.world_from_camera;
+  for (unsigned seed = 0; seed < 4; ++seed) {
+    const Pose guess = truth * randomMotion(seed, 0.03, 0.03);
+    EXPECT_LT(distance(scene.adjust(scene.observations(), {}, guess), truth), 1e-5);
+  }
+}
+
+TEST(AdjustPose, PixelsAloneSuffice)
+{
+  const Scene scene;
+  const Pose& truth = scene.view.world_from_camera;
+  BundleAdjustmentOptions options;
+  options.use_depth = false;
+  const Pose guess = truth * randomMotion(1, 0.02, 0.02);
+  EXPECT_LT(distance(scene.adjust(scene.observations(), {}, guess, options), truth),
+            1e-5);
+}
+
+TEST(AdjustPose, OutliersHardlyMoveIt)
+{
+  const Scene scene;
+  const Pose& truth = scene.view.world_from_camera;
+  std::vector<PointObservation> observations = scene.observations();
+  for (std::size_t k = 0; k < observations.size(); k += 5)
+    observations[k].point += Eigen::Vector3d(0.3, -0.4, 0.2);
+  const Pose guess = truth * randomMotion(1, 0.01, 0.01);
+  EXPECT_LT(distance(scene.adjust(observations, {}, guess), truth), 2e-3);
+}
+
+TEST(AdjustPose, DenseTermHoldsItWhereNothingIsObserved)
+{
+  const Scene scene;
+  DensePose dense;
+  dense.world_from_camera = scene.view.world_from_camera;
+  dense.information = 1e4 * Matrix6d::Identity();
+  const Pose guess = dense.world_from_camera * randomMotion(1, 0.05, 0.05);
+  EXPECT_LT(distance(scene.adjust({}, dense, guess), dense.world_from_camera), 1e-6);
+}
+
+TEST(AdjustPose, StrongerEvidenceWins)
+{
+  const Scene scene;
+  const Pose& truth = scene.view.world_from_camera;
+  DensePose dense;
+  dense.world_from_camera = randomMotion(9, 0.02, 0.02) * truth;
+  dense.information = 1e-2 * Matrix6d::Identity();
+  const Pose visual = scene.adjust(scene.observations(), dense, truth);
+  EXPECT_LT(distance(visual, truth), 1e-3);
+  dense.information = 1e12 * Matrix6d::Identity();
+  const Pose held = scene.adjust(scene.observations(), dense, truth);
+  EXPECT_LT(distance(held, dense.world_from_camera), 1e-3);
+}
+
+TEST(AdjustPose, WithoutAnyEvidenceItStays)
+{
+  const Scene scene;
+  const Pose guess = randomMotion(1, 0.5, 0.5);
+  const Pose result = scene.adjust({}, {}, guess);
+  EXPECT_TRUE(result.matrix().allFinite());
+  EXPECT_LT(distance(result, guess), 1e-9);
+}
