@@ -126,6 +126,9 @@ Reconstruction::run()
   result_.status = !completed                         ? ReconstructionStatus::STOPPED
                    : result_.component_sizes.empty() ? ReconstructionStatus::NOTHING_REGISTERED
                                                      : ReconstructionStatus::COMPLETED;
+  for (FrameReport& frame : result_.frames)
+    if (!completed && !frame.registered && frame.reason.empty())
+      frame.reason = "the run was stopped before";
   result_.graph = graph_;
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
@@ -233,8 +236,8 @@ Reconstruction::reportFrames(const std::vector<ImageRegistration>& registrations
   }
 }
 
-/** Equation (7): all frames of the largest component, decoded ahead, fused in the order of the
- *  dataset. */
+/** Equation (7): all frames of the largest component, decoded ahead, fused in the order of their
+ *  content, which a shuffled recording shares. */
 bool
 Reconstruction::fuseSurface()
 {
@@ -247,11 +250,18 @@ Reconstruction::fuseSurface()
     const std::size_t count = std::min(DECODE_AHEAD, fused.size() - begin);
     std::vector<RGBDFrame> frames(count);
     parallelFor(count, options_.num_threads, {}, [&](std::size_t k) {
-      frames[k] = dataset_.read(fused[begin + k]);
+      try {
+        frames[k] = dataset_.read(fused[begin + k]);
+      }
+      catch (const pcl::IOException& error) {
+        // It could be read before: its pose stays, the surface does without it.
+        result_.frames[fused[begin + k]].reason = error.what();
+      }
     });
     for (std::size_t k = 0; k < count; ++k)
-      volume->integrate(
-          frames[k], dataset_.camera(), result_.frames[fused[begin + k]].world_from_camera);
+      if (!frames[k].depth.empty())
+        volume->integrate(
+            frames[k], dataset_.camera(), result_.frames[fused[begin + k]].world_from_camera);
     if (progress_ && !progress_({"surface", begin + count, fused.size()}))
       return false;
   }

@@ -26,10 +26,10 @@ toJson(const FrameReport& frame)
             {"timestamp", frame.timestamp},
             {"name", frame.name},
             {"registered", frame.registered}};
-  if (!frame.registered)
-    json["reason"] = frame.reason;
-  else
+  if (frame.registered)
     json["component"] = frame.component;
+  if (!frame.reason.empty())
+    json["reason"] = frame.reason;
   json["features"] = frame.features;
   json["matches"] = frame.matches;
   json["inliers"] = frame.inliers;

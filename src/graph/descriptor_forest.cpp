@@ -9,8 +9,6 @@
 #include <pcl/search/impl/search.hpp>
 
 #include <algorithm>
-#include <cstdlib>
-#include <mutex>
 
 namespace bundle_icp {
 namespace {
@@ -62,11 +60,6 @@ DescriptorForest::DescriptorForest(const cv::Mat& descriptors) : impl_(new Impl)
   impl_->search.setPointRepresentation(
       pcl::PointRepresentation<Descriptor>::ConstPtr(new HistogramRepresentation));
   impl_->search.setChecks(CHECKS);
-  // FLANN draws its splits from the global rand(): seeded and built one at a time, the forest
-  // depends on the descriptors alone.
-  static std::mutex building;
-  const std::lock_guard<std::mutex> lock(building);
-  std::srand(0);
   impl_->search.setInputCloud(toCloud(descriptors));
 }
 

@@ -41,7 +41,8 @@ writeSparseModel(const std::string& path,
 {
   const auto cloud = toPointCloud(graph, model, component);
   writeAtomically(path, [&](const std::string& temporary) {
-    if (pcl::io::savePLYFileBinary(temporary, *cloud) != 0)
+    // Without the "camera" element, which other readers do not know
+    if (pcl::PLYWriter().write(temporary, *cloud, true, false) != 0)
       throw pcl::IOException("cannot write " + path);
   });
 }

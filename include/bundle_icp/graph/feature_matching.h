@@ -17,7 +17,8 @@ enum class MatchingBackend {
   /** Exact: all products of descriptors, a matrix product in integer arithmetic. */
   BRUTE_FORCE,
   /** Approximate: a forest of randomised kd-trees (pcl::search::FlannSearch); pays for many
-   *  thousand features per image. */
+   *  thousand features per image. FLANN draws its trees from the system's entropy and offers no
+   *  seed: with this back end alone results differ slightly from run to run. */
   KDTREE_FOREST
 };
 
