@@ -23,11 +23,11 @@ constexpr int INTERMEDIATE_ITERATIONS = 6;
 class IncrementalMapper::Impl {
 public:
   Impl(const ImageGraph& graph, DepthViewProvider depth_views, const MapperOptions& options)
-  : graph_(graph)
+  : registrations_(graph.size())
+  , graph_(graph)
   , depth_views_(std::move(depth_views))
   , options_(options)
   , registrar_(graph_, depth_views_, options_)
-  , registrations_(graph.size())
   , visibility_(graph.size())
   {
   }
