@@ -105,7 +105,7 @@ void
 writeText(const std::string& path, const std::string& text)
 {
   writeAtomically(path, [&](const std::string& temporary) {
-    std::ofstream file(temporary);
+    std::ofstream file(temporary, std::ios::binary);
     file << text;
     if (!file.flush())
       throw pcl::IOException(path + ": cannot be written, is the disk full?");
@@ -115,10 +115,10 @@ writeText(const std::string& path, const std::string& text)
 void
 writeImage(const std::string& path, const cv::Mat& image)
 {
-  writeAtomically(path, [&](const std::string& temporary) {
-    if (!cv::imwrite(temporary, image))
-      throw pcl::IOException(path + ": cannot be written");
-  });
+  // Encoded here: cv::imwrite() does not say why it failed, and libpng prints.
+  std::vector<unsigned char> bytes;
+  cv::imencode(".png", image, bytes);
+  writeText(path, std::string(bytes.begin(), bytes.end()));
 }
 
 /** Camera of the preview pictures. */

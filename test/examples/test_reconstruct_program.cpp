@@ -29,18 +29,19 @@ protected:
   ids() const
   {
     std::vector<std::size_t> ids;
-    for (const auto& frame : report()["frames"])
+    const nlohmann::json json = report();
+    for (const auto& frame : json["frames"])
       ids.push_back(frame["id"]);
     return ids;
   }
 
-  pcl::PointCloud<pcl::PointXYZRGBNormal>
+  pcl::PointCloud<pcl::PointXYZ>
   meshVertices() const
   {
     pcl::PolygonMesh mesh;
     EXPECT_EQ(pcl::io::loadPLYFile(out + "/mesh.ply", mesh), 0);
     EXPECT_FALSE(mesh.polygons.empty());
-    pcl::PointCloud<pcl::PointXYZRGBNormal> vertices;
+    pcl::PointCloud<pcl::PointXYZ> vertices;
     pcl::fromPCLPointCloud2(mesh.cloud, vertices);
     return vertices;
   }
