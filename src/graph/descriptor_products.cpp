@@ -116,8 +116,7 @@ bestKernel()
   return productsPortable;
 }
 
-// Not under sanitizers, which are not ready when the choice between the clones runs.
-#if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#if defined(__x86_64__)
 #define BUNDLE_ICP_DISPATCH __attribute__((target_clones("avx512f", "avx2", "default")))
 #else
 #define BUNDLE_ICP_DISPATCH
