@@ -7,6 +7,7 @@
 #include <bundle_icp/io/rgbd_dataset.h>
 #include <bundle_icp/io/trajectory.h>
 
+#include <boost/algorithm/string/predicate.hpp>
 #include <boost/filesystem.hpp>
 #include <boost/program_options.hpp>
 #include <nlohmann/json.hpp>
@@ -125,6 +126,17 @@ parse(int argc, char** argv)
   return arguments;
 }
 
+// What is wrong with the first of the files that hold one pose each; empty without such
+// files.
+std::string
+firstBadPose(const std::vector<SkippedFile>& skipped)
+{
+  for (const SkippedFile& file : skipped)
+    if (boost::algorithm::ends_with(file.file, ".pose.txt"))
+      return "; " + file.reason;
+  return "";
+}
+
 Truth
 readTruthFolder(const std::string& folder)
 {
@@ -139,7 +151,8 @@ readTruthFolder(const std::string& folder)
   if (truth.trajectory.empty() && fs::exists(file))
     truth.trajectory = readTrajectory(file.string()); // says what is wrong with it
   if (truth.trajectory.empty())
-    throw pcl::IOException(folder + ": the recording holds no poses");
+    throw pcl::IOException(folder + ": the recording holds no poses" +
+                           firstBadPose(dataset->skipped()));
   for (std::size_t i = 0; i < dataset->size(); ++i)
     truth.frames.push_back(dataset->timestamp(i));
   return truth;

@@ -142,6 +142,17 @@ applyValues(const po::variables_map& values, Arguments& arguments)
     throw UsageError(error);
 }
 
+/** Boost takes "-1" for an unsigned number and makes it a huge one. */
+void
+refuseNegativeNumbers(const po::parsed_options& parsed)
+{
+  for (const auto& option : parsed.options)
+    for (const char* const name : {"stride", "max-frames"})
+      if (option.string_key == name && !option.value.empty() && option.value[0][0] == '-')
+        throw UsageError(std::string("--") + name + " " + option.value[0] +
+                         ": must not be negative");
+}
+
 /** \return nothing when help was asked for. */
 std::optional<Arguments>
 parse(int argc, char** argv)
@@ -153,8 +164,10 @@ parse(int argc, char** argv)
   po::positional_options_description positional;
   positional.add("scan", 1);
   po::variables_map values;
-  po::store(po::command_line_parser(argc, argv).options(all).positional(positional).run(),
-            values);
+  const po::parsed_options parsed =
+      po::command_line_parser(argc, argv).options(all).positional(positional).run();
+  refuseNegativeNumbers(parsed);
+  po::store(parsed, values);
   if (values.count("help")) {
     printHelp(visible);
     return std::nullopt;

@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#include <bundle_icp/reconstruction.h>
+
+#include "io/text_file.h"
+
 #include <bundle_icp/io/atomic_file.h>
 #include <bundle_icp/io/mesh_io.h>
-#include <bundle_icp/reconstruction.h>
 #include <bundle_icp/sparse/sparse_model_io.h>
 #include <bundle_icp/surface/preview.h>
 #include <bundle_icp/version.h>
 
+#include <boost/algorithm/string/replace.hpp>
 #include <boost/filesystem.hpp>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -15,6 +19,9 @@
 #include <fstream>
 
 namespace bundle_icp {
+
+namespace fs = boost::filesystem;
+
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -98,7 +105,7 @@ void
 writeText(const std::string& path, const std::string& text)
 {
   writeAtomically(path, [&](const std::string& temporary) {
-    std::ofstream file(temporary);
+    std::ofstream file(temporary, std::ios::binary);
     file << text;
     if (!file.flush())
       throw pcl::IOException(path + ": cannot be written, is the disk full?");
@@ -108,10 +115,10 @@ writeText(const std::string& path, const std::string& text)
 void
 writeImage(const std::string& path, const cv::Mat& image)
 {
-  writeAtomically(path, [&](const std::string& temporary) {
-    if (!cv::imwrite(temporary, image))
-      throw pcl::IOException(path + ": cannot be written");
-  });
+  // Encoded here: cv::imwrite() does not say why it failed, and libpng prints.
+  std::vector<unsigned char> bytes;
+  cv::imencode(".png", image, bytes);
+  writeText(path, std::string(bytes.begin(), bytes.end()));
 }
 
 /** Camera of the preview pictures. */
@@ -144,6 +151,61 @@ writePreviews(const std::string& prefix, const ReconstructionResult& result)
       renderMeshPreview(result.mesh, camera, choosePreviewPose(result.mesh, camera, poses)));
 }
 
+void
+writeFiles(const std::string& prefix,
+           const RGBDDataset& dataset,
+           const ReconstructionOptions& options,
+           const ReconstructionResult& result)
+{
+  writeText(prefix + "report.json", makeReport(dataset, options, result).dump(2) + "\n");
+  if (result.component_sizes.empty())
+    return;
+  writeTrajectory(prefix + "trajectory.txt", result.trajectory());
+  writeSparseModel(prefix + "sparse.ply", *result.graph, result.model);
+  writePreviews(prefix, result);
+}
+
+/** A hidden folder in the results' folder, removed at the end with what is left in it. */
+class StagingFolder {
+public:
+  explicit StagingFolder(const fs::path& folder)
+  : folder_(folder), path_(folder / fs::unique_path(".bundle_icp_%%%%%%%%"))
+  {
+    boost::system::error_code error;
+    fs::create_directories(path_, error);
+    if (error)
+      throw pcl::IOException(folder.string() + ": cannot be written: " + error.message());
+  }
+
+  ~StagingFolder()
+  {
+    boost::system::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+
+  StagingFolder(const StagingFolder&) = delete;
+  StagingFolder&
+  operator=(const StagingFolder&) = delete;
+
+  std::string
+  prefix() const
+  {
+    return path_.string() + "/";
+  }
+
+  /** Gives every file its place. */
+  void
+  publish() const
+  {
+    for (const fs::directory_entry& entry : fs::directory_iterator(path_))
+      writeAtomically((folder_ / entry.path().filename()).string(),
+                      [&](const std::string& temporary) { fs::rename(entry.path(), temporary); });
+  }
+
+private:
+  fs::path folder_, path_;
+};
+
 } // namespace
 
 void
@@ -152,18 +214,17 @@ writeReconstruction(const std::string& folder,
                     const ReconstructionOptions& options,
                     const ReconstructionResult& result)
 {
-  boost::system::error_code error;
-  boost::filesystem::create_directories(folder, error);
-  if (error)
-    throw pcl::IOException(folder + ": cannot be made: " + error.message());
-  const std::string prefix = folder + "/";
-  // The report first: it tells what went wrong even when nothing else can be written.
-  writeText(prefix + "report.json", makeReport(dataset, options, result).dump(2) + "\n");
-  if (result.component_sizes.empty())
-    return;
-  writeTrajectory(prefix + "trajectory.txt", result.trajectory());
-  writeSparseModel(prefix + "sparse.ply", *result.graph, result.model);
-  writePreviews(prefix, result);
+  // All is written before anything is replaced: a disk that fills up leaves the results of an
+  // earlier run complete.
+  const StagingFolder staging(folder);
+  try {
+    writeFiles(staging.prefix(), dataset, options, result);
+  }
+  catch (const pcl::IOException& error) {
+    throw pcl::IOException(
+        boost::replace_all_copy(messageOf(error), staging.prefix(), folder + "/"));
+  }
+  staging.publish();
 }
 
 } // namespace bundle_icp

@@ -92,8 +92,8 @@ reconstruct(const RGBDDataset& dataset,
             const ProgressCallback& progress = {});
 
 /** Writes `trajectory.txt`, `sparse.ply`, `report.json`, and, when there is a mesh, `mesh.ply`, with PNG
- *  previews of mesh and trajectory, into a folder, which is made if needed. Each file appears
- *  whole or not at all.
+ *  previews of mesh and trajectory, into a folder, which is made if needed. All are written
+ *  before the first takes the place of an earlier one: on failure the folder stays as it was.
  *  \throws pcl::IOException naming the file and the reason. */
 BUNDLE_ICP_EXPORT void
 writeReconstruction(const std::string& folder,

@@ -9,8 +9,10 @@
 #endif
 
 /** Compiles a function for several instruction sets and picks one when the library is
- *  loaded, where the compiler can. */
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
+ * loaded, where the compiler can. Off under sanitizers, which are not ready when that
+ * choice runs. */
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) &&                 \
+    !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #define BUNDLE_ICP_SIMD_CLONES                                                         \
   __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
 // Vectors are passed between inlined functions only, where the ABI does not matter.

@@ -1,0 +1,30 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: BSD-3-Clause
+# Installs what bundle_icp is built from, on Debian 12 and Ubuntu 22.04 or 24.04.
+# Where everything is there already it does nothing, and needs no rights.
+set -euo pipefail
+
+packages=(
+  build-essential cmake ninja-build ccache
+  libpcl-dev libopencv-dev libceres-dev libflann-dev libeigen3-dev
+  libboost-dev libboost-filesystem-dev libboost-program-options-dev
+  nlohmann-json3-dev liblz4-dev
+  libgtest-dev libgmock-dev libbenchmark-dev
+)
+
+missing=()
+for package in "${packages[@]}"; do
+  status=$(dpkg-query -W -f='${db:Status-Status}' "$package" 2>/dev/null || true)
+  [ "$status" = installed ] || missing+=("$package")
+done
+if [ ${#missing[@]} -eq 0 ]; then
+  exit 0
+fi
+
+as_root=()
+if [ "$(id -u)" -ne 0 ]; then
+  as_root=(sudo)
+fi
+echo "Installing ${missing[*]}" >&2
+"${as_root[@]}" apt-get update
+"${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends "${missing[@]}"

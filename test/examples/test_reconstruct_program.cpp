@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+// bundle_icp_reconstruct on a simulated scan: results, report and options.
+#include <bundle_icp/evaluation/trajectory_error.h>
+#include <bundle_icp/io/trajectory.h>
+
+#include "messages.h"
+#include "recordings.h"
+#include "results.h"
+
+#include <pcl/conversions.h>
+#include <pcl/io/ply_io.h>
+
+using namespace bundle_icp;
+
+namespace {
+
+class ReconstructScan : public ReconstructProgram {
+protected:
+  void
+  SetUp() override
+  {
+    ReconstructProgram::SetUp();
+    if (!IsSkipped())
+      simulate();
+  }
+
+  std::vector<std::size_t>
+  ids() const
+  {
+    std::vector<std::size_t> ids;
+    const nlohmann::json json = report();
+    for (const auto& frame : json["frames"])
+      ids.push_back(frame["id"]);
+    return ids;
+  }
+
+  pcl::PointCloud<pcl::PointXYZ>
+  meshVertices() const
+  {
+    pcl::PolygonMesh mesh;
+    EXPECT_EQ(pcl::io::loadPLYFile(out + "/mesh.ply", mesh), 0);
+    EXPECT_FALSE(mesh.polygons.empty());
+    pcl::PointCloud<pcl::PointXYZ> vertices;
+    pcl::fromPCLPointCloud2(mesh.cloud, vertices);
+    return vertices;
+  }
+};
+
+} // namespace
+
+TEST_F(ReconstructScan, GivesPosesPointsMeshAndReport)
+{
+  const ProgramResult result = reconstruct();
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(result.err, "");
+  EXPECT_CONTAINS(result.out, "12 of 12 frames have a pose in one world");
+  EXPECT_EQ(namesIn(out),
+            (std::set<std::string>{"mesh.ply", "mesh.png", "report.json", "sparse.ply",
+                                   "trajectory.png", "trajectory.txt"}));
+  const Trajectory truth = readTrajectory(scan + "/groundtruth.txt"),
+                   estimate = readTrajectory(out + "/trajectory.txt");
+  EXPECT_EQ(estimate.size(), 12u);
+  EXPECT_TRUE(estimate.front().world_from_camera.isApprox(Pose::Identity(), 1e-6));
+  const auto error = absoluteTrajectoryError(truth, estimate);
+  ASSERT_TRUE(error);
+  EXPECT_LT(error->translation.rmse, 0.005); // exact depth in images of 320x240
+  EXPECT_GT(meshVertices().size(), 1000u);
+  EXPECT_FALSE(cv::imread(out + "/mesh.png").empty());
+}
+
+TEST_F(ReconstructScan, ReportHasWhatWasPromised)
+{
+  ASSERT_EQ(reconstruct({"--no-mesh", "--max-frames", "4"}).exit_code, 0);
+  const nlohmann::json json = report();
+  for (const char* const key : {"version", "frames", "components", "timing_s",
+                                "peak_memory_bytes", "calibration", "options"})
+    EXPECT_TRUE(json.contains(key)) << key;
+  ASSERT_EQ(json["frames"].size(), 4u);
+  for (const auto& frame : json["frames"]) {
+    for (const char* const key :
+         {"id", "timestamp", "registered", "matches", "inliers", "icp_rmse"})
+      EXPECT_TRUE(frame.contains(key)) << key;
+    EXPECT_EQ(frame["registered"], true);
+  }
+  EXPECT_GT(json["peak_memory_bytes"].get<double>(), 1e6);
+  EXPECT_GT(json["timing_s"]["features"].get<double>(), 0);
+  EXPECT_EQ(json["calibration"]["camera"]["fx"], 262.0);
+  EXPECT_FALSE(boost::filesystem::exists(out + "/mesh.ply"));
+}
+
+TEST_F(ReconstructScan, BadFilesAreSkippedAndNamed)
+{
+  recordings::truncate(scan + "/rgb/0.500000.png", 0.6);
+  writeText(scan + "/groundtruth.txt", "0 0 0 0 nan 0 0 1\n");
+  const ProgramResult result = reconstruct({"--no-mesh"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_CONTAINS(result.err, "rgb/0.500000.png: the image is truncated");
+  EXPECT_CONTAINS(result.err, "groundtruth.txt:1: 'nan' is not a finite");
+  EXPECT_CONTAINS(result.out, "11 of 12 frames");
+  const nlohmann::json json = report();
+  const auto& frame = json["frames"][5];
+  EXPECT_EQ(frame["registered"], false);
+  EXPECT_CONTAINS(frame["reason"].get<std::string>(), "rgb/0.500000.png: the image is");
+  EXPECT_CONTAINS(json["skipped_files"][0]["reason"].get<std::string>(), "'nan'");
+}
+
+TEST_F(ReconstructScan, RegionLimitsTheMesh)
+{
+  // x negative: a value, not an option.
+  ASSERT_EQ(reconstruct({"--roi", "-0.4,-0.3,0.2,0.4,0.5,3"}).exit_code, 0);
+  const float block = 8 * 0.02f; // voxels are allocated in whole blocks
+  const Eigen::Array3f low(-0.4f, -0.3f, 0.2f), high(0.4f, 0.5f, 3);
+  for (const auto& vertex : meshVertices().points) {
+    EXPECT_TRUE((vertex.getArray3fMap() >= low - block).all()) << vertex;
+    EXPECT_TRUE((vertex.getArray3fMap() <= high + block).all()) << vertex;
+  }
+}
+
+TEST_F(ReconstructScan, OrderOfFramesDoesNotMatter)
+{
+  ASSERT_EQ(reconstruct({"--no-mesh"}).exit_code, 0);
+  const Trajectory ordered = readTrajectory(out + "/trajectory.txt");
+  const std::vector<std::size_t> ordered_ids = ids();
+  ASSERT_EQ(reconstruct({"--no-mesh", "--shuffle", "7"}).exit_code, 0);
+  const Trajectory shuffled = readTrajectory(out + "/trajectory.txt");
+  EXPECT_NE(ids(), ordered_ids);
+  ASSERT_EQ(shuffled.size(), ordered.size());
+  for (std::size_t i = 0; i < ordered.size(); ++i) {
+    EXPECT_EQ(shuffled[i].timestamp, ordered[i].timestamp);
+    EXPECT_TRUE(
+        shuffled[i].world_from_camera.isApprox(ordered[i].world_from_camera, 1e-6));
+  }
+}
+
+TEST_F(ReconstructScan, StrideAndLimitOfFrames)
+{
+  ASSERT_EQ(reconstruct({"--no-mesh", "--stride", "2", "--max-frames", "3"}).exit_code,
+            0);
+  EXPECT_EQ(ids(), (std::vector<std::size_t>{0, 2, 4}));
+}
