@@ -20,8 +20,10 @@ ctest --test-dir build/release --parallel 2 --output-on-failure
 # before the build, which runs the test programs to list their tests.
 export ASAN_OPTIONS=detect_leaks=0 UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1
 # -O1 keeps the instrumented code quick to compile and to run; without -DNDEBUG, as it is here,
-# Eigen checks its indices and alignment as well.
+# Eigen checks its indices and alignment as well. Of the unit tests only: the tests of the programs
+# skip themselves where the programs are not built.
 cmake -S . -B build/sanitizers "${options[@]}" -DCMAKE_BUILD_TYPE=RelWithDebInfo \
-  -DCMAKE_CXX_FLAGS_RELWITHDEBINFO="-O1 -g1" -DBUNDLE_ICP_SANITIZE=address,undefined
+  -DCMAKE_CXX_FLAGS_RELWITHDEBINFO="-O1 -g1" -DBUNDLE_ICP_SANITIZE=address,undefined \
+  -DBUNDLE_ICP_BUILD_EXAMPLES=OFF
 cmake --build build/sanitizers --parallel "$(nproc)"
 ctest --test-dir build/sanitizers --parallel 2 --output-on-failure
