@@ -2,6 +2,8 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 //
 // Measures a trajectory, and optionally a mesh, against the truth.
+#include "program.h"
+
 #include <bundle_icp/evaluation/surface_error.h>
 #include <bundle_icp/evaluation/trajectory_error.h>
 #include <bundle_icp/io/rgbd_dataset.h>
@@ -11,7 +13,6 @@
 #include <boost/filesystem.hpp>
 #include <boost/program_options.hpp>
 #include <nlohmann/json.hpp>
-#include <pcl/console/print.h>
 #include <pcl/exceptions.h>
 #include <pcl/io/ply_io.h>
 
@@ -44,10 +45,6 @@ struct Evaluation {
   AbsoluteTrajectoryError absolute;
   std::optional<RelativePoseError> frame, second, all_pairs;
   std::optional<SurfaceError> surface;
-};
-
-class UsageError : public std::runtime_error {
-  using std::runtime_error::runtime_error;
 };
 
 po::options_description
@@ -307,14 +304,19 @@ printTable(const Evaluation& e, const Arguments& arguments)
 }
 
 int
-fail(const std::exception& error, int exit_code)
+runEvaluation(int argc, char** argv)
 {
-  // PCL puts a colon before the text of an exception without a place.
-  const std::string message = error.what();
-  std::cerr << "bundle_icp_evaluate: "
-            << message.substr(message.rfind(": ", 0) == 0 ? 2 : 0)
-            << (exit_code == 2 ? " (-h for help)" : "") << "\n";
-  return exit_code;
+  const std::optional<Arguments> arguments = parse(argc, argv);
+  if (!arguments)
+    return 0;
+  const Evaluation evaluation = evaluate(*arguments);
+  if (arguments->json)
+    printJson(evaluation, *arguments);
+  else
+    printTable(evaluation, *arguments);
+  if (!std::cout.flush() || std::fflush(stdout) != 0)
+    throw std::runtime_error("standard output cannot be written");
+  return 0;
 }
 
 } // namespace
@@ -322,28 +324,5 @@ fail(const std::exception& error, int exit_code)
 int
 main(int argc, char** argv)
 {
-  // PCL's readers print several lines about a bad file; this program prints one.
-  pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);
-  try {
-    const std::optional<Arguments> arguments = parse(argc, argv);
-    if (!arguments)
-      return 0;
-    const Evaluation evaluation = evaluate(*arguments);
-    if (arguments->json)
-      printJson(evaluation, *arguments);
-    else
-      printTable(evaluation, *arguments);
-    if (!std::cout.flush() || std::fflush(stdout) != 0)
-      throw std::runtime_error("standard output cannot be written");
-    return 0;
-  }
-  catch (const po::error& error) {
-    return fail(error, 2);
-  }
-  catch (const UsageError& error) {
-    return fail(error, 2);
-  }
-  catch (const std::exception& error) {
-    return fail(error, 1);
-  }
+  return runProgram("bundle_icp_evaluate", [&] { return runEvaluation(argc, argv); });
 }

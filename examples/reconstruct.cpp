@@ -195,9 +195,10 @@ checkWritable(const std::string& folder)
     throw pcl::IOException(folder + ": cannot be written");
 }
 
-/** The reasons of unregistered frames; frames with the same reason share a line. */
+/** The reasons of unregistered frames; frames with the same reason share a line, which names
+ *  the first `max_names` of them. */
 void
-printReasons(const ReconstructionResult& result)
+printReasons(const ReconstructionResult& result, std::size_t max_names)
 {
   std::map<std::string, std::vector<std::string>> frames_of;
   for (const FrameReport& frame : result.frames)
@@ -205,10 +206,10 @@ printReasons(const ReconstructionResult& result)
       frames_of[frame.reason].push_back(frame.name);
   for (const auto& [reason, frames] : frames_of) {
     std::string names;
-    for (std::size_t i = 0; i < frames.size() && i < 3; ++i)
+    for (std::size_t i = 0; i < frames.size() && i < max_names; ++i)
       names += (i ? ", " : "") + frames[i];
-    if (frames.size() > 3)
-      names += " and " + std::to_string(frames.size() - 3) + " more";
+    if (frames.size() > max_names)
+      names += " and " + std::to_string(frames.size() - max_names) + " more";
     std::cerr << names << ": " << reason << "\n";
   }
 }
@@ -220,7 +221,7 @@ printSummary(const Arguments& arguments, const RGBDDataset& dataset, const Recon
     std::cerr << dataset.skipped().size() << " files of the recording are missing or have no "
               << "partner, for example " << dataset.skipped().front().file << ": "
               << dataset.skipped().front().reason << "\n";
-  printReasons(result);
+  printReasons(result, 3);
   std::cout << result.component_sizes.front() << " of " << result.frames.size()
             << " frames have a pose in one world";
   for (std::size_t c = 1; c < result.component_sizes.size(); ++c)
@@ -250,7 +251,7 @@ runReconstruction(int argc, char** argv)
     result = reconstruct(*dataset, arguments->reconstruction, std::ref(progress));
   }
   if (result.status == ReconstructionStatus::NOTHING_REGISTERED) {
-    printReasons(result);
+    printReasons(result, result.frames.size());
     throw pcl::PCLException(arguments->scan + ": no two frames could be connected");
   }
   writeReconstruction(arguments->output, *dataset, arguments->reconstruction, result);

@@ -6,6 +6,9 @@
 
 #include <pcl/exceptions.h>
 
+#include <algorithm>
+#include <map>
+
 #include <set>
 
 namespace bundle_icp {
@@ -194,6 +197,35 @@ adjustBundle(const ImageGraph& graph,
   if (result.success)
     adjustment.writeBack(model);
   return result;
+}
+
+BundleAdjustmentResult
+adjustLocally(const ImageGraph& graph,
+              const std::vector<std::size_t>& images,
+              std::size_t num_held,
+              const BundleAdjustmentOptions& options,
+              SparseModel& model)
+{
+  std::map<std::size_t, std::size_t> shared; // image: points shared with `images`
+  for (const std::size_t image : images)
+    for (std::size_t j = 0; j < graph.features(image).size(); ++j)
+      if (const int point = model.pointOf(image, int(j)); point >= 0)
+        for (const Observation& o : model.points()[std::size_t(point)].track)
+          ++shared[o.image];
+  for (const std::size_t image : images)
+    shared.erase(image);
+  std::vector<std::pair<std::size_t, std::size_t>> ranked; // by points, then image
+  for (const auto& [image, points] : shared)
+    ranked.emplace_back(points, image);
+  std::sort(ranked.rbegin(), ranked.rend());
+  ranked.resize(std::min(ranked.size(), num_held));
+  if (ranked.empty())
+    return {};
+  BundleAdjustmentProblem problem;
+  problem.variable = images;
+  for (const auto& [points, image] : ranked)
+    problem.constant.push_back(image);
+  return adjustBundle(graph, problem, options, model);
 }
 
 } // namespace bundle_icp

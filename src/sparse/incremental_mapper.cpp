@@ -17,6 +17,8 @@ namespace {
 constexpr int FINAL_ROUNDS = 3;
 /** Iterations of the adjustments in between: the model will change again. */
 constexpr int INTERMEDIATE_ITERATIONS = 6;
+/** Images that hold a local adjustment in place. */
+constexpr std::size_t NUM_HELD = 10;
 
 } // namespace
 
@@ -161,8 +163,7 @@ IncrementalMapper::Impl::numberBySize(SparseModel& model) const
 bool
 IncrementalMapper::Impl::report(const SparseModel& model) const
 {
-  return !progress_ ||
-         progress_({"registration", model.registeredImages().size(), graph_.size()});
+  return !progress_ || progress_({"registration", model.registeredImages().size(), graph_.size()});
 }
 
 /** First pair: the strongest edge of the image with the highest Cor. */
@@ -249,6 +250,7 @@ IncrementalMapper::Impl::registerBatch(SparseModel& model,
     slots[k] = registrar_.registerFrame(model, batch[k], component, inner);
   });
   std::size_t registered = 0;
+  std::vector<std::size_t> keys;
   for (std::size_t k = 0; k < batch.size(); ++k) {
     registrations_[batch[k]] = slots[k].report;
     if (!slots[k].report.registered) {
@@ -256,13 +258,18 @@ IncrementalMapper::Impl::registerBatch(SparseModel& model,
       continue;
     }
     ++registered;
-    if (graph_.isKey(batch[k]))
+    if (graph_.isKey(batch[k])) {
       model.registerImage(
           graph_, batch[k], slots[k].world_from_camera, component, options_.tracks);
+      keys.push_back(batch[k]);
+    }
     else
       model.registerImage(batch[k], slots[k].world_from_camera, component);
     updateVisibility(model, batch[k], component);
   }
+  BundleAdjustmentOptions local = options_.adjustment;
+  local.max_iterations = INTERMEDIATE_ITERATIONS;
+  adjustLocally(graph_, keys, NUM_HELD, local, model);
   return registered;
 }
 

@@ -64,4 +64,15 @@ adjustBundle(const ImageGraph& graph,
              const BundleAdjustmentOptions& options,
              SparseModel& model);
 
+/** Local bundle adjustment: the poses of `images` and the points that they see move; the
+ *  `num_held` images that share most points with them take part, but are held. Its cost does not
+ *  grow with the model. Does nothing when no other image shares a point with them.
+ *  \throws as adjustBundle() */
+BUNDLE_ICP_EXPORT BundleAdjustmentResult
+adjustLocally(const ImageGraph& graph,
+              const std::vector<std::size_t>& images,
+              std::size_t num_held,
+              const BundleAdjustmentOptions& options,
+              SparseModel& model);
+
 } // namespace bundle_icp
