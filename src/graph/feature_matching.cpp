@@ -72,15 +72,6 @@ match(const cv::Mat& first,
   return matches;
 }
 
-/** Variance of one coordinate of the difference of two measured points: depth noise, and what
- *  an error of the pixel moves them sideways. */
-double
-pointVariance(const Features& features, int j, const CameraIntrinsics& camera)
-{
-  const double lateral = features.pixel_sigmas[j] * features.depths[j] / camera.fx;
-  return lateral * lateral + double(features.depth_sigmas[j]) * features.depth_sigmas[j];
-}
-
 void
 checkArguments(std::size_t num_features,
                const std::vector<std::pair<std::size_t, std::size_t>>& candidates,

@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "sparse/frame_registration.h"
 
+#include "sparse/pnp_pose.h"
 #include "sparse/pose_adjustment.h"
 
 #include <algorithm>
@@ -13,12 +14,13 @@ namespace {
 using Cloud = pcl::PointCloud<pcl::PointXYZRGBNormal>;
 using DenseBundleICP = BundleICP<pcl::PointXYZRGBNormal, pcl::PointXYZRGBNormal>;
 
-/** Variance of a measured point, as one number for all directions [m^2]. */
-double
-pointVariance(const Features& features, int j, const CameraIntrinsics& camera)
+std::vector<cv::Point2d>
+pixelsOf(const Features& features, const std::vector<int>& indices)
 {
-  const double lateral = features.pixel_sigmas[j] * features.depths[j] / camera.fx;
-  return lateral * lateral + double(features.depth_sigmas[j]) * features.depth_sigmas[j];
+  std::vector<cv::Point2d> pixels;
+  for (const int j : indices)
+    pixels.emplace_back(features.pixels[j].x(), features.pixels[j].y());
+  return pixels;
 }
 
 } // namespace
@@ -125,35 +127,44 @@ FrameRegistrar::registerFrame(const SparseModel& model,
   FrameRegistration registration;
   ImageRegistration& report = registration.report;
   const std::vector<Neighbour> neighbours = registeredNeighbours(model, image, component);
+  if (!options_.visual_start)
+    return registerFrameByGeometry(
+        model, image, neighbours, model.worldFromCamera(neighbours.front().image), num_threads);
   // Algorithm 1, lines 1 and 2: initial pose over all registered neighbours
   std::vector<int> features;
   const VisualCorrespondences visual = findCorrespondences(model, image, neighbours, features);
   report.matches = visual.source.size();
-  const std::optional<VisualPose> initial = estimateVisualPose(visual);
-  if (!initial || initial->inliers < options_.min_visual_inliers) {
-    report.inliers = initial ? initial->inliers : 0;
+  const std::optional<VisualPose> initial =
+      options_.method == ImageRegistrationMethod::PNP
+          ? estimatePnPPose(graph_.camera(), pixelsOf(graph_.features(image), features), visual.target)
+          : estimateVisualPose(visual);
+  report.inliers = initial ? initial->inliers : 0;
+  if (report.inliers < options_.min_visual_inliers) {
     report.reason = "only " + std::to_string(report.inliers) + " of " +
                     std::to_string(report.matches) +
                     " visual correspondences agree on a pose; needed are " +
                     std::to_string(options_.min_visual_inliers);
     return registration;
   }
-  // Lines 3 to 7: ICP against the virtual depth
-  const Alignment alignment = alignToVirtualDepth(
-      model, image, neighbours, visual, initial->world_from_source, num_threads);
   report.registered = true;
-  report.inliers = alignment.result.visual_inliers;
-  report.icp_rmse = alignment.result.rmse;
+  DensePose dense{initial->world_from_source};
+  if (options_.method == ImageRegistrationMethod::BUNDLE_ICP) {
+    // Lines 3 to 7: ICP against the virtual depth
+    const Alignment alignment = alignToVirtualDepth(
+        model, image, neighbours, visual, initial->world_from_source, num_threads);
+    report.inliers = alignment.result.visual_inliers;
+    report.icp_rmse = alignment.result.rmse;
+    dense = {alignment.world_from_source, options_.dense_weight * alignment.result.information};
+  }
   std::vector<PointObservation> observations;
   for (std::size_t k = 0; k < features.size(); ++k)
     observations.push_back({features[k], visual.target[k]});
-  registration.world_from_camera = adjustPose(
-      graph_.features(image),
-      graph_.camera(),
-      observations,
-      {alignment.world_from_source, options_.dense_weight * alignment.result.information},
-      options_.adjustment,
-      alignment.world_from_source);
+  registration.world_from_camera = adjustPose(graph_.features(image),
+                                              graph_.camera(),
+                                              observations,
+                                              dense,
+                                              options_.adjustment,
+                                              dense.world_from_camera);
   return registration;
 }
 

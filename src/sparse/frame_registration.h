@@ -32,7 +32,7 @@ public:
   {
   }
 
-  /** By visual evidence and virtual depth.
+  /** By MapperOptions::method: visual evidence, and virtual depth.
    *  \param num_threads threads inside this one registration */
   FrameRegistration
   registerFrame(const SparseModel& model, std::size_t image, int component, int num_threads) const;

@@ -85,6 +85,8 @@ MapperOptions::isValid(std::string* error) const
     reason = "adjustment_growth must be > 1";
   else if (!(min_overlap > 0 && min_overlap <= 1))
     reason = "min_overlap must lie in (0, 1]";
+  else if (!visual_start && method != ImageRegistrationMethod::BUNDLE_ICP)
+    reason = "only the method BUNDLE_ICP can do without visual_start";
   else if (num_threads < 0)
     reason = "num_threads must be >= 0";
   else
@@ -341,7 +343,7 @@ IncrementalMapper::Impl::adjust(SparseModel& model, int component, int max_itera
       problem.variable.push_back(image);
   BundleAdjustmentOptions options = options_.adjustment;
   options.max_iterations = max_iterations;
-  const int rounds = dense ? FINAL_ROUNDS : 1;
+  const int rounds = !options_.global_adjustment ? 0 : dense ? FINAL_ROUNDS : 1;
   for (int round = 0; round < rounds; ++round) {
     if (dense && round > 0 && options_.num_dense_neighbours > 0)
       problem.relative_poses = denseTerms(model, problem.variable);
@@ -361,7 +363,7 @@ IncrementalMapper::Impl::adjust(SparseModel& model, int component, int max_itera
 void
 IncrementalMapper::Impl::registerByTime(SparseModel& model, int component)
 {
-  if (!options_.ordered_in_time)
+  if (!options_.ordered_in_time || options_.method != ImageRegistrationMethod::BUNDLE_ICP)
     return;
   std::vector<std::size_t> by_time(graph_.size());
   for (std::size_t i = 0; i < by_time.size(); ++i)

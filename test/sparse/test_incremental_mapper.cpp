@@ -121,6 +121,26 @@ TEST(IncrementalMapper, RegistersAScanWhereItWasTaken)
   }
 }
 
+TEST(IncrementalMapper, EveryMethodRegistersAScanWhereItWasTaken)
+{
+  MapperOptions visual, pnp, without_visual_start, without_global_adjustment;
+  visual.method = ImageRegistrationMethod::VISUAL;
+  pnp.method = ImageRegistrationMethod::PNP;
+  pnp.num_dense_neighbours = 0;
+  without_visual_start.visual_start = false;
+  without_global_adjustment.global_adjustment = false;
+  for (const MapperOptions& options :
+       {visual, pnp, without_visual_start, without_global_adjustment}) {
+    IncrementalMapper mapper(roomGraph(), roomScan().provider(), options);
+    SparseModel model;
+    EXPECT_TRUE(mapper.run(model));
+    EXPECT_EQ(model.registeredImages(0).size(), roomScan().nodes.size());
+    EXPECT_LT(largestErrors(model, roomScan().truth, 0).distance, 0.003);
+    for (const ImageRegistration& registration : mapper.registrations())
+      EXPECT_EQ(registration.by_geometry, !options.visual_start) << registration.reason;
+  }
+}
+
 TEST(IncrementalMapper, DoesNotDependOnThreads)
 {
   SparseModel models[2];
@@ -284,6 +304,10 @@ TEST(IncrementalMapper, RefusesInvalidOptions)
   options = {};
   options.min_overlap = 0;
   EXPECT_CONTAINS(message(options), "min_overlap must lie in (0, 1]");
+  options = {};
+  options.method = ImageRegistrationMethod::PNP;
+  options.visual_start = false;
+  EXPECT_CONTAINS(message(options), "only the method BUNDLE_ICP can do without");
   options = {};
   options.num_threads = -1;
   EXPECT_CONTAINS(message(options), "num_threads must be >= 0");

@@ -67,6 +67,15 @@ pointInCamera(const Features& features, std::size_t j, const CameraIntrinsics& c
   return camera.unproject(features.pixels[j].x(), features.pixels[j].y(), features.depths[j]);
 }
 
+/** Variance of that point, as one number for all directions [m^2]: depth noise, and what an error of
+ *  the pixel moves it sideways; needs hasDepth(j). */
+inline double
+pointVariance(const Features& features, std::size_t j, const CameraIntrinsics& camera)
+{
+  const double lateral = features.pixel_sigmas[j] * features.depths[j] / camera.fx;
+  return lateral * lateral + double(features.depth_sigmas[j]) * features.depth_sigmas[j];
+}
+
 /** Finds SIFT features (Lowe, IJCV 2004) and measures their depth. The order of features depends
  *  on the image alone.
  *  \throws pcl::BadArgumentException for invalid options or images of wrong type or size. */

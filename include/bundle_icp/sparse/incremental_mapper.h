@@ -14,8 +14,21 @@
 
 namespace bundle_icp {
 
+/** What finds the pose of a new image. */
+enum class ImageRegistrationMethod {
+  BUNDLE_ICP, ///< Algorithm 1 of the paper: visual pose, then ICP against the virtual depth
+  VISUAL,     ///< lines 1 and 2 alone: 3D-3D distances of matched features
+  PNP         ///< 2D-3D, as in structure from motion from colour alone
+};
+
 /** How an IncrementalMapper works. */
 struct BUNDLE_ICP_EXPORT MapperOptions {
+  ImageRegistrationMethod method = ImageRegistrationMethod::BUNDLE_ICP;
+  /** False: ICP starts from the pose of the neighbour that shares most matches (only with
+   *  BUNDLE_ICP). Shows what the visual pose is worth. */
+  bool visual_start = true;
+  /** False: poses and points are adjusted around each batch of images only. */
+  bool global_adjustment = true;
   TrackOptions tracks;
   BundleAdjustmentOptions adjustment;
   VirtualDepthOptions virtual_depth;
