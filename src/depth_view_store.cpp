@@ -25,25 +25,40 @@ DepthViewStore::set(std::size_t index, const cv::Mat& depth)
 }
 
 std::shared_ptr<const DepthView>
-DepthViewStore::get(std::size_t index)
+DepthViewStore::get(std::size_t index, const Calibration& calibration, const DepthError& error)
 {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    if (const auto found = views_.find(index); found != views_.end()) {
-      recent_.splice(recent_.begin(), recent_, found->second.second);
-      return found->second.first;
+    const auto found = views_.find(index);
+    if (found != views_.end() && found->second.calibration == calibration.values &&
+        found->second.error == error) {
+      recent_.splice(recent_.begin(), recent_, found->second.recent);
+      return found->second.view;
     }
   }
+  // Pixels of the reduced image are larger: lengths in pixels shrink.
+  Calibration reduced = calibration;
+  for (const auto parameter : {CalibrationParameter::CENTER_X,
+                               CalibrationParameter::CENTER_Y,
+                               CalibrationParameter::DEPTH_SHIFT_X,
+                               CalibrationParameter::DEPTH_SHIFT_Y})
+    reduced[parameter] /= reduction_;
+  const CameraIntrinsics camera = camera_.reduced(reduction_);
   const auto view = std::make_shared<const DepthView>(
-      makeDepthView(depths_[index], camera_.reduced(reduction_), 1, options_));
+      makeDepthView(correctedDepth(depths_[index], camera, reduced, error, options_.noise),
+                    reduced.corrected(camera),
+                    1,
+                    options_));
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (views_.find(index) == views_.end()) {
-    recent_.push_front(index);
-    views_[index] = {view, recent_.begin()};
-    if (views_.size() > CAPACITY) {
-      views_.erase(recent_.back());
-      recent_.pop_back();
-    }
+  if (const auto old = views_.find(index); old != views_.end()) {
+    recent_.erase(old->second.recent);
+    views_.erase(old);
+  }
+  recent_.push_front(index);
+  views_[index] = {view, calibration.values, error, recent_.begin()};
+  if (views_.size() > CAPACITY) {
+    views_.erase(recent_.back());
+    recent_.pop_back();
   }
   return view;
 }

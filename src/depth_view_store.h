@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #pragma once
 
+#include <bundle_icp/common/calibration.h>
 #include <bundle_icp/registration/virtual_depth.h>
 
 #include <list>
@@ -27,9 +28,9 @@ public:
   void
   set(std::size_t index, const cv::Mat& depth);
 
-  /** The view; may be called from several threads. */
+  /** The view, corrected; may be called from several threads. */
   std::shared_ptr<const DepthView>
-  get(std::size_t index);
+  get(std::size_t index, const Calibration& calibration, const DepthError& error);
 
 private:
   static constexpr std::size_t CAPACITY = 96;
@@ -40,8 +41,13 @@ private:
   std::vector<cv::Mat> depths_;
   std::mutex mutex_;
   std::list<std::size_t> recent_; ///< front = used last
-  std::map<std::size_t, std::pair<std::shared_ptr<const DepthView>, std::list<std::size_t>::iterator>>
-      views_;
+  struct CachedView {
+    std::shared_ptr<const DepthView> view;
+    CalibrationVector calibration;
+    DepthError error;
+    std::list<std::size_t>::iterator recent;
+  };
+  std::map<std::size_t, CachedView> views_;
 };
 
 } // namespace bundle_icp

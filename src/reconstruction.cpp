@@ -53,6 +53,8 @@ public:
   run();
 
 private:
+  RGBDFrame
+  readScaled(std::size_t index) const;
   bool
   prepareFrames();
   bool
@@ -136,6 +138,16 @@ Reconstruction::run()
   return std::move(result_);
 }
 
+/** A frame with the depth scale that is known from elsewhere. */
+RGBDFrame
+Reconstruction::readScaled(std::size_t index) const
+{
+  RGBDFrame frame = dataset_.read(index);
+  if (options_.mapper.calibration.depth_scale != 1)
+    frame.depth = frame.depth * options_.mapper.calibration.depth_scale;
+  return frame;
+}
+
 /** Equation (2): features with depth; and the depth that Bundle ICP will need. */
 bool
 Reconstruction::prepareFrames()
@@ -149,7 +161,7 @@ Reconstruction::prepareFrames()
     frame.name = dataset_.name(i);
     PreparedFrame& prepared = prepared_[i];
     try {
-      const RGBDFrame image = dataset_.read(i);
+      const RGBDFrame image = readScaled(i);
       prepared.node.features = extractFeatures(image, dataset_.camera(), options_.features);
       prepared.node.timestamp = frame.timestamp;
       prepared.content = contentHash(prepared.node.features);
@@ -187,11 +199,13 @@ Reconstruction::buildGraph()
 bool
 Reconstruction::mapImages()
 {
-  const auto depth_of_image = [this](std::size_t image) {
-    return depth_views_.get(result_.frame_of_image[image]);
+  const auto depth_of_image = [this](std::size_t image, const SparseModel& model) {
+    return depth_views_.get(
+        result_.frame_of_image[image], model.calibration(), model.depthError(image));
   };
   IncrementalMapper mapper(*graph_, depth_of_image, options_.mapper);
   const bool completed = mapper.run(result_.model, progress_);
+  result_.self_calibration = mapper.selfCalibration();
   chooseWorld();
   reportFrames(mapper.registrations());
   return completed;
@@ -233,6 +247,7 @@ Reconstruction::reportFrames(const std::vector<ImageRegistration>& registrations
     frame.by_geometry = registration.by_geometry;
     if (frame.registered)
       frame.world_from_camera = result_.model.worldFromCamera(image);
+    frame.depth_error = result_.model.depthError(image);
   }
 }
 
@@ -241,27 +256,33 @@ Reconstruction::reportFrames(const std::vector<ImageRegistration>& registrations
 bool
 Reconstruction::fuseSurface()
 {
-  std::vector<std::size_t> fused;
+  std::vector<std::size_t> fused; // images
   for (std::size_t image = 0; image < result_.frame_of_image.size(); ++image)
     if (result_.model.component(image) == 0)
-      fused.push_back(result_.frame_of_image[image]);
+      fused.push_back(image);
+  const SparseModel& model = result_.model;
+  const CameraIntrinsics camera = model.calibration().corrected(dataset_.camera());
   auto volume = std::make_shared<TSDFVolume>(options_.volume);
   for (std::size_t begin = 0; begin < fused.size(); begin += DECODE_AHEAD) {
     const std::size_t count = std::min(DECODE_AHEAD, fused.size() - begin);
     std::vector<RGBDFrame> frames(count);
     parallelFor(count, options_.num_threads, {}, [&](std::size_t k) {
+      const std::size_t image = fused[begin + k], frame = result_.frame_of_image[image];
       try {
-        frames[k] = dataset_.read(fused[begin + k]);
+        frames[k] = correctedFrame(readScaled(frame),
+                                   dataset_.camera(),
+                                   model.calibration(),
+                                   model.depthError(image),
+                                   model.depthNoise());
       }
       catch (const pcl::IOException& error) {
         // It could be read before: its pose stays, the surface does without it.
-        result_.frames[fused[begin + k]].reason = error.what();
+        result_.frames[frame].reason = error.what();
       }
     });
     for (std::size_t k = 0; k < count; ++k)
       if (!frames[k].depth.empty())
-        volume->integrate(
-            frames[k], dataset_.camera(), result_.frames[fused[begin + k]].world_from_camera);
+        volume->integrate(frames[k], camera, model.worldFromDepth(fused[begin + k]));
     if (progress_ && !progress_({"surface", begin + count, fused.size()}))
       return false;
   }

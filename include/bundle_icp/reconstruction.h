@@ -59,6 +59,7 @@ struct FrameReport {
   double icp_rmse = 0;     ///< distance to the virtual depth [m]
   bool by_geometry = false; ///< registered without visual evidence
   Pose world_from_camera = Pose::Identity();
+  DepthError depth_error = DepthError::Zero(); ///< shared by all of its depth
 };
 
 /** Everything that a reconstruction yields. The world frame is the camera frame of the earliest
@@ -69,7 +70,8 @@ struct ReconstructionResult {
   std::vector<std::size_t> component_sizes; ///< frames in each component
   std::shared_ptr<const ImageGraph> graph;  ///< images: the readable frames
   std::vector<std::size_t> frame_of_image;  ///< index into `frames` of each image
-  SparseModel model;
+  SparseModel model;                        ///< with the calibration
+  SelfCalibrationResult self_calibration;   ///< what was tested, and what applied
   pcl::PolygonMesh mesh;                    ///< vertices as PointXYZRGBNormal
   std::vector<std::pair<std::string, double>> timing_s; ///< wall time of each stage [s]
   std::size_t peak_memory_bytes = 0;        ///< of the process, so far

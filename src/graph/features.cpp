@@ -43,6 +43,7 @@ canonicalOrder(const std::vector<cv::KeyPoint>& keypoints)
 struct MeasuredDepth {
   float depth = std::numeric_limits<float>::quiet_NaN();
   float sigma = 0;
+  Eigen::Vector2f slope = Eigen::Vector2f::Zero();
 };
 
 /** Depth at a sub-pixel position: a plane through the window's depth, which averages noise
@@ -83,7 +84,7 @@ measureDepth(const cv::Mat& depth, const Eigen::Vector2f& pixel, const FeatureOp
   // Errors of neighbouring depth pixels are correlated, so averaging does not lower sigma; a
   // keypoint that is off by a fraction of a pixel reads another depth on a slope.
   const double slope = std::hypot(plane.x(), plane.y()) * options.pixel_sigma;
-  return {z, float(std::hypot(sigma, slope))};
+  return {z, float(std::hypot(sigma, slope)), plane.head<2>()};
 }
 
 /** Mean squared gradient over variance, on the half-size image where sensor noise is less. */
@@ -162,6 +163,7 @@ extractFeatures(const RGBDFrame& frame,
     const MeasuredDepth measured = measureDepth(frame.depth, features.pixels.back(), options);
     features.depths.push_back(measured.depth);
     features.depth_sigmas.push_back(measured.sigma);
+    features.depth_slopes.push_back(measured.slope);
   }
   return features;
 }

@@ -6,13 +6,31 @@
 
 #include <pcl/exceptions.h>
 
-#include <algorithm>
-#include <map>
+#include <Eigen/Dense>
+#include <Eigen/SparseCore>
 
+#include <algorithm>
+#include <cmath>
+#include <map>
 #include <set>
 
 namespace bundle_icp {
 namespace {
+
+/** Observations of a point that an adjustment uses; none when the point takes no part. */
+std::vector<Observation>
+observationsThatTakePart(const BundleAdjustmentProblem& problem,
+                         const std::set<std::size_t>& images,
+                         const ScenePoint& point)
+{
+  std::vector<Observation> observations;
+  for (std::size_t k = 0; k < point.track.size(); ++k)
+    if (images.count(point.track[k].image) && !(problem.hold_back && isHeldBack(point, k)))
+      observations.push_back(point.track[k]);
+  if (observations.size() < std::max<std::size_t>(problem.min_track_length, 2))
+    observations.clear();
+  return observations;
+}
 
 /** The Ceres problem of one adjustment, and the parameter blocks that it moves. */
 class Adjustment {
@@ -28,22 +46,35 @@ public:
   void
   writeBack(SparseModel& model) const;
 
+  CalibrationVector
+  deviations();
+
 private:
   void
   addPoses(const BundleAdjustmentProblem& problem);
 
   void
+  addCalibration();
+
+  void
   addObservations();
+
+  void
+  addDepthErrors();
 
   void
   addRelativePoses(const std::vector<RelativePoseTerm>& terms);
 
   const ImageGraph& graph_;
+  const BundleAdjustmentProblem& terms_;
   const BundleAdjustmentOptions& options_;
   const SparseModel& model_;
   // Ceres adds in the order of the blocks' addresses: each kind lies in one array, by index.
   std::vector<PoseBlock> poses_;
   std::vector<Eigen::Vector3d> points_;
+  std::vector<DepthError> depth_errors_;
+  CalibrationVector calibration_;
+  std::vector<ImageMeasurement> measurements_;
   std::set<std::size_t> images_;            ///< that take part
   std::vector<std::size_t> moving_points_;
   ceres::Problem problem_;
@@ -54,12 +85,23 @@ Adjustment::Adjustment(const ImageGraph& graph,
                        const BundleAdjustmentProblem& problem,
                        const BundleAdjustmentOptions& options,
                        const SparseModel& model)
-: graph_(graph), options_(options), model_(model), poses_(model.numImages())
+: graph_(graph)
+, terms_(problem)
+, options_(options)
+, model_(model)
+, poses_(model.numImages())
+, calibration_(model.calibration().values)
 {
   for (const ScenePoint& point : model.points())
     points_.push_back(point.position);
+  for (std::size_t image = 0; image < model.numImages(); ++image) {
+    depth_errors_.push_back(model.depthError(image));
+    measurements_.push_back({graph.camera(), model.motion(image)});
+  }
   addPoses(problem);
+  addCalibration();
   addObservations();
+  addDepthErrors();
   addRelativePoses(problem.relative_poses);
 }
 
@@ -85,37 +127,74 @@ Adjustment::addPoses(const BundleAdjustmentProblem& problem)
 }
 
 void
+Adjustment::addCalibration()
+{
+  problem_.AddParameterBlock(calibration_.data(), NUM_CALIBRATION_PARAMETERS);
+  if (terms_.calibrated.empty()) {
+    problem_.SetParameterBlockConstant(calibration_.data());
+    return;
+  }
+  std::vector<int> held;
+  for (int i = 0; i < NUM_CALIBRATION_PARAMETERS; ++i)
+    if (std::find(terms_.calibrated.begin(), terms_.calibrated.end(), CalibrationParameter(i)) ==
+        terms_.calibrated.end())
+      held.push_back(i);
+  if (!held.empty())
+    problem_.SetManifold(calibration_.data(),
+                         new ceres::SubsetManifold(NUM_CALIBRATION_PARAMETERS, held));
+  problem_.AddResidualBlock(new PriorResidual(CalibrationVector::Zero(), calibrationPrior()),
+                            nullptr,
+                            calibration_.data());
+}
+
+void
 Adjustment::addObservations()
 {
   auto* loss = new ceres::CauchyLoss(options_.loss_scale);
   for (std::size_t p = 0; p < model_.points().size(); ++p) {
-    std::vector<Observation> observations;
-    bool moves = false;
-    for (const Observation& o : model_.points()[p].track)
-      if (images_.count(o.image)) {
-        observations.push_back(o);
-        moves |= !problem_.IsParameterBlockConstant(poses_[o.image].values);
-      }
-    if (!moves || observations.size() < 2)
+    const std::vector<Observation> observations =
+        observationsThatTakePart(terms_, images_, model_.points()[p]);
+    const bool moves = std::any_of(observations.begin(), observations.end(), [this](const Observation& o) {
+      return !problem_.IsParameterBlockConstant(poses_[o.image].values);
+    });
+    if (!moves)
       continue;
     moving_points_.push_back(p);
     double* point = points_[p].data();
     for (const Observation& o : observations) {
       const Features& features = graph_.features(o.image);
       double* pose = poses_[o.image].values;
-      problem_.AddResidualBlock(new PixelResidual(graph_.camera(),
-                                                  features.pixels[o.feature].cast<double>(),
-                                                  features.pixel_sigmas[o.feature]),
+      problem_.AddResidualBlock(new PixelResidual(measurements_[o.image], features, o.feature),
                                 loss,
                                 pose,
-                                point);
+                                point,
+                                calibration_.data());
       if (options_.use_depth && features.hasDepth(o.feature))
         problem_.AddResidualBlock(
-            new DepthResidual(features.depths[o.feature], features.depth_sigmas[o.feature]),
+            new DepthResidual(measurements_[o.image], model_.depthNoise(), features, o.feature),
             loss,
             pose,
-            point);
+            point,
+            calibration_.data(),
+            depth_errors_[o.image].data());
     }
+  }
+}
+
+void
+Adjustment::addDepthErrors()
+{
+  const Eigen::Vector3d deviations = Eigen::Vector3d::Constant(options_.depth_error_deviation);
+  for (const std::size_t image : images_) {
+    double* error = depth_errors_[image].data();
+    if (!problem_.HasParameterBlock(error))
+      continue;
+    // The image that is held to fix the gauge has errors like any other.
+    if (terms_.depth_errors &&
+        (terms_.constant.empty() || !problem_.IsParameterBlockConstant(poses_[image].values)))
+      problem_.AddResidualBlock(new PriorResidual(Eigen::Vector3d::Zero(), deviations), nullptr, error);
+    else
+      problem_.SetParameterBlockConstant(error);
   }
 }
 
@@ -144,8 +223,12 @@ Adjustment::solve()
   auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
   for (const std::size_t p : moving_points_)
     ordering->AddElementToGroup(points_[p].data(), 0);
-  for (const std::size_t image : images_)
+  for (const std::size_t image : images_) {
     ordering->AddElementToGroup(poses_[image].values, 1);
+    if (problem_.HasParameterBlock(depth_errors_[image].data()))
+      ordering->AddElementToGroup(depth_errors_[image].data(), 1);
+  }
+  ordering->AddElementToGroup(calibration_.data(), 1);
   options.linear_solver_ordering = ordering;
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem_, &summary);
@@ -165,8 +248,86 @@ Adjustment::writeBack(SparseModel& model) const
   for (const std::size_t image : images_)
     if (!problem_.IsParameterBlockConstant(poses_[image].values))
       model.setWorldFromCamera(image, poses_[image].worldFromCamera());
+  for (const std::size_t image : images_)
+    model.setDepthError(image, depth_errors_[image]);
   for (const std::size_t p : moving_points_)
     model.setPosition(p, points_[p]);
+  Calibration calibration = model.calibration();
+  calibration.values = calibration_;
+  model.setCalibration(calibration);
+}
+
+/** The calibration's block of the inverse normal matrix is the inverse of its Schur
+ *  complement: points go first, one by one, then everything else. */
+CalibrationVector
+Adjustment::deviations()
+{
+  ceres::Problem::EvaluateOptions evaluate;
+  // Points come first, so that their columns are the leading ones, three by three.
+  for (const std::size_t p : moving_points_)
+    evaluate.parameter_blocks.push_back(points_[p].data());
+  const int points_end = int(3 * moving_points_.size());
+  for (const std::size_t image : images_) {
+    if (!problem_.IsParameterBlockConstant(poses_[image].values))
+      evaluate.parameter_blocks.push_back(poses_[image].values);
+    double* error = depth_errors_[image].data();
+    if (problem_.HasParameterBlock(error) && !problem_.IsParameterBlockConstant(error))
+      evaluate.parameter_blocks.push_back(error);
+  }
+  evaluate.parameter_blocks.push_back(calibration_.data());
+  ceres::CRSMatrix crs;
+  problem_.Evaluate(evaluate, nullptr, nullptr, nullptr, &crs);
+  using SparseMatrix = Eigen::SparseMatrix<double, Eigen::RowMajor>;
+  const SparseMatrix jacobian = Eigen::Map<const SparseMatrix>(crs.num_rows,
+                                                               crs.num_cols,
+                                                               int(crs.values.size()),
+                                                               crs.rows.data(),
+                                                               crs.cols.data(),
+                                                               crs.values.data());
+  const Eigen::SparseMatrix<double> normal = jacobian.transpose() * jacobian;
+  const int rest = crs.num_cols - points_end;
+  Eigen::MatrixXd schur = normal.bottomRightCorner(rest, rest);
+  for (int p = 0; p < points_end; p += 3) {
+    const Eigen::Matrix3d block = normal.block(p, p, 3, 3);
+    // Only the few rows of images that see the point
+    std::vector<int> rows;
+    std::vector<Eigen::Vector3d> values;
+    for (int c = 0; c < 3; ++c)
+      for (Eigen::SparseMatrix<double>::InnerIterator it(normal, p + c); it; ++it)
+        if (it.row() >= points_end) {
+          const int row = int(it.row()) - points_end;
+          auto found = std::find(rows.begin(), rows.end(), row);
+          if (found == rows.end()) {
+            rows.push_back(row);
+            values.push_back(Eigen::Vector3d::Zero());
+            found = rows.end() - 1;
+          }
+          values[std::size_t(found - rows.begin())][c] = it.value();
+        }
+    const Eigen::Matrix3d inverse = block.inverse();
+    for (std::size_t a = 0; a < rows.size(); ++a) {
+      const Eigen::Vector3d weighted = inverse * values[a];
+      for (std::size_t b = 0; b < rows.size(); ++b)
+        schur(rows[a], rows[b]) -= weighted.dot(values[b]);
+    }
+  }
+  const int count = int(terms_.calibrated.size());
+  const Eigen::MatrixXd covariance =
+      schur.ldlt().solve(Eigen::MatrixXd::Identity(rest, rest).rightCols(count)).bottomRows(count);
+  CalibrationVector result = CalibrationVector::Zero();
+  std::vector<CalibrationParameter> sorted = terms_.calibrated;
+  std::sort(sorted.begin(), sorted.end());
+  for (int i = 0; i < count; ++i)
+    result[int(sorted[std::size_t(i)])] = std::sqrt(std::max(0.0, covariance(i, i)));
+  return result;
+}
+
+void
+checkOptions(const BundleAdjustmentOptions& options, const char* function)
+{
+  std::string error;
+  if (!options.isValid(&error))
+    throw pcl::BadArgumentException(std::string(function) + ": " + error);
 }
 
 } // namespace
@@ -177,10 +338,90 @@ BundleAdjustmentOptions::isValid(std::string* error) const
   const char* reason = max_iterations < 1          ? "max_iterations must be >= 1"
                        : !(loss_scale > 0)         ? "loss_scale must be > 0"
                        : !(function_tolerance > 0) ? "function_tolerance must be > 0"
+                                                   : !(depth_error_deviation > 0) ? "depth_error_deviation must be > 0"
                                                    : nullptr;
   if (reason && error)
     *error = reason;
   return !reason;
+}
+
+const CalibrationVector&
+calibrationPrior()
+{
+  static const CalibrationVector prior = [] {
+    CalibrationVector p;
+    // focal lengths, centre, radial, bias, tilt, shift, readout, time offset
+    p << 0.02, 0.02, 5, 5, 0.05, 0.1, 0.01, 0.02, 0.02, 3, 3, 0.03, 0.03;
+    return p;
+  }();
+  return prior;
+}
+
+bool
+isHeldBack(const ScenePoint& point, std::size_t index_in_track)
+{
+  if (point.track.size() < 4)
+    return false;
+  // The features' numbers spread the choice over points and images.
+  return (std::size_t(point.track.front().feature) + index_in_track) % 5 == 0;
+}
+
+std::vector<double>
+heldBackCost(const ImageGraph& graph,
+             const BundleAdjustmentProblem& problem,
+             const BundleAdjustmentOptions& options,
+             const SparseModel& model)
+{
+  checkOptions(options, "heldBackCost");
+  std::set<std::size_t> images(problem.variable.begin(), problem.variable.end());
+  images.insert(problem.constant.begin(), problem.constant.end());
+  std::map<std::size_t, double> cost_of_image;
+  for (const std::size_t image : problem.variable)
+    cost_of_image[image] = 0;
+  const double scale2 = options.loss_scale * options.loss_scale;
+  const auto robust = [scale2](double squared) { return scale2 * std::log1p(squared / scale2); };
+  for (const ScenePoint& point : model.points()) {
+    if (observationsThatTakePart(problem, images, point).empty())
+      continue;
+    for (std::size_t k = 0; k < point.track.size(); ++k) {
+      const Observation& o = point.track[k];
+      const auto cost = cost_of_image.find(o.image);
+      if (cost == cost_of_image.end() || !isHeldBack(point, k))
+        continue;
+      const Features& features = graph.features(o.image);
+      const PoseBlock pose(model.worldFromCamera(o.image));
+      const ImageMeasurement measurement{graph.camera(), model.motion(o.image)};
+      const double* parameters[] = {pose.values,
+                                    point.position.data(),
+                                    model.calibration().values.data(),
+                                    model.depthError(o.image).data()};
+      Eigen::Vector2d pixel;
+      PixelResidual(measurement, features, o.feature).Evaluate(parameters, pixel.data(), nullptr);
+      cost->second += robust(pixel.squaredNorm());
+      if (options.use_depth && features.hasDepth(o.feature)) {
+        double depth;
+        DepthResidual(measurement, model.depthNoise(), features, o.feature)
+            .Evaluate(parameters, &depth, nullptr);
+        cost->second += robust(depth * depth);
+      }
+    }
+  }
+  std::vector<double> costs;
+  for (const std::size_t image : problem.variable)
+    costs.push_back(cost_of_image[image]);
+  return costs;
+}
+
+CalibrationVector
+calibrationDeviations(const ImageGraph& graph,
+                      const BundleAdjustmentProblem& problem,
+                      const BundleAdjustmentOptions& options,
+                      const SparseModel& model)
+{
+  checkOptions(options, "calibrationDeviations");
+  if (problem.calibrated.empty())
+    return CalibrationVector::Zero();
+  return Adjustment(graph, problem, options, model).deviations();
 }
 
 BundleAdjustmentResult
@@ -189,9 +430,7 @@ adjustBundle(const ImageGraph& graph,
              const BundleAdjustmentOptions& options,
              SparseModel& model)
 {
-  std::string error;
-  if (!options.isValid(&error))
-    throw pcl::BadArgumentException("adjustBundle: " + error);
+  checkOptions(options, "adjustBundle");
   Adjustment adjustment(graph, problem, options, model);
   const BundleAdjustmentResult result = adjustment.solve();
   if (result.success)

@@ -3,7 +3,6 @@
 #include "sparse/frame_registration.h"
 
 #include "sparse/pnp_pose.h"
-#include "sparse/pose_adjustment.h"
 
 #include <algorithm>
 #include <set>
@@ -21,6 +20,28 @@ pixelsOf(const Features& features, const std::vector<int>& indices)
   for (const int j : indices)
     pixels.emplace_back(features.pixels[j].x(), features.pixels[j].y());
   return pixels;
+}
+
+/** Information on a pose from the depth of `num_images` images, given the information H that it held if
+ *  errors of pixels were independent, and C, the covariance of the error that an image's pixels share:
+ *  (H^-1 + n C)^-1, written so that H may be singular. */
+Matrix6d
+withSharedError(const Matrix6d& independent,
+                const DepthView& view,
+                const DepthNoise& noise,
+                double shared_sigmas,
+                int num_images)
+{
+  const cv::Mat measured = view.depth == view.depth; // NaN differs from itself
+  const double z = std::max(cv::mean(view.depth, measured)[0], 0.1);
+  const double shift = shared_sigmas * noise.sigma(z), tilt = shift / z;
+  Vector6d precision; // of n C
+  precision << Eigen::Vector3d::Constant(1 / (tilt * tilt)), Eigen::Vector3d::Constant(1 / (shift * shift));
+  precision /= num_images;
+  Matrix6d sum = independent;
+  sum.diagonal() += precision;
+  const Matrix6d result = independent - independent * sum.ldlt().solve(independent);
+  return 0.5 * (result + result.transpose());
 }
 
 } // namespace
@@ -69,7 +90,7 @@ FrameRegistrar::findCorrespondences(const SparseModel& model,
       if (point >= 0) // the mean of a track is better than one measurement
         other_variance /= double(model.points()[point].track.size());
       own_features.push_back(own);
-      visual.source.push_back(pointInCamera(features, own, camera));
+      visual.source.push_back(measuredPointInCamera(graph_, model, {image, own}));
       visual.target.push_back(point >= 0 ? model.points()[point].position
                                          : measuredPoint(graph_, model, {edge.neighbour, other}));
       visual.weights.push_back(1 / (variance + other_variance));
@@ -86,14 +107,14 @@ FrameRegistrar::alignToVirtualDepth(const SparseModel& model,
                                     const Pose& guess,
                                     int num_threads) const
 {
-  const std::shared_ptr<const DepthView> source = depth_views_(image);
+  const std::shared_ptr<const DepthView> source = depth_views_(image, model);
   std::vector<std::shared_ptr<const DepthView>> held;
   std::vector<RegisteredView> views;
   for (const Neighbour& neighbour : neighbours) {
     if (views.size() == options_.max_views)
       break;
-    held.push_back(depth_views_(neighbour.image));
-    views.push_back({held.back().get(), model.worldFromCamera(neighbour.image)});
+    held.push_back(depth_views_(neighbour.image, model));
+    views.push_back({held.back().get(), model.worldFromDepth(neighbour.image)});
   }
   VirtualDepthOptions rendering = options_.virtual_depth;
   rendering.num_threads = num_threads;
@@ -118,6 +139,66 @@ FrameRegistrar::alignToVirtualDepth(const SparseModel& model,
   return alignment;
 }
 
+std::optional<VisualPose>
+FrameRegistrar::initialPose(const VisualCorrespondences& visual,
+                            std::size_t image,
+                            const std::vector<int>& features,
+                            ImageRegistration& report) const
+{
+  const std::optional<VisualPose> initial =
+      options_.method == ImageRegistrationMethod::PNP
+          ? estimatePnPPose(graph_.camera(), pixelsOf(graph_.features(image), features), visual.target)
+          : estimateVisualPose(visual);
+  report.matches = visual.source.size();
+  report.inliers = initial ? initial->inliers : 0;
+  if (report.inliers >= options_.min_visual_inliers)
+    return initial;
+  report.reason = "only " + std::to_string(report.inliers) + " of " +
+                  std::to_string(report.matches) +
+                  " visual correspondences agree on a pose; needed are " +
+                  std::to_string(options_.min_visual_inliers);
+  return std::nullopt;
+}
+
+FrameRegistration
+FrameRegistrar::adjusted(const SparseModel& model,
+                         std::size_t image,
+                         const VisualCorrespondences& visual,
+                         const std::vector<int>& features,
+                         const DensePose& dense,
+                         const ImageRegistration& report) const
+{
+  std::vector<PointObservation> observations;
+  for (std::size_t k = 0; k < features.size(); ++k)
+    observations.push_back({features[k], visual.target[k]});
+  const ImagePose pose = adjustPose(graph_,
+                                    model,
+                                    image,
+                                    observations,
+                                    dense,
+                                    options_.adjustment,
+                                    depth_errors_,
+                                    {dense.world_from_camera, model.depthError(image)});
+  FrameRegistration registration{pose.world_from_camera, pose.depth_error, report};
+  registration.report.registered = true;
+  return registration;
+}
+
+FrameRegistration
+FrameRegistrar::registerVisually(const SparseModel& model, std::size_t image, int component) const
+{
+  FrameRegistration registration;
+  std::vector<int> features;
+  const VisualCorrespondences visual = findCorrespondences(
+      model, image, registeredNeighbours(model, image, component), features);
+  const std::optional<VisualPose> initial =
+      initialPose(visual, image, features, registration.report);
+  if (!initial)
+    return registration;
+  return adjusted(
+      model, image, visual, features, {initial->world_from_source}, registration.report);
+}
+
 FrameRegistration
 FrameRegistrar::registerFrame(const SparseModel& model,
                               std::size_t image,
@@ -133,20 +214,9 @@ FrameRegistrar::registerFrame(const SparseModel& model,
   // Algorithm 1, lines 1 and 2: initial pose over all registered neighbours
   std::vector<int> features;
   const VisualCorrespondences visual = findCorrespondences(model, image, neighbours, features);
-  report.matches = visual.source.size();
-  const std::optional<VisualPose> initial =
-      options_.method == ImageRegistrationMethod::PNP
-          ? estimatePnPPose(graph_.camera(), pixelsOf(graph_.features(image), features), visual.target)
-          : estimateVisualPose(visual);
-  report.inliers = initial ? initial->inliers : 0;
-  if (report.inliers < options_.min_visual_inliers) {
-    report.reason = "only " + std::to_string(report.inliers) + " of " +
-                    std::to_string(report.matches) +
-                    " visual correspondences agree on a pose; needed are " +
-                    std::to_string(options_.min_visual_inliers);
+  const std::optional<VisualPose> initial = initialPose(visual, image, features, report);
+  if (!initial)
     return registration;
-  }
-  report.registered = true;
   DensePose dense{initial->world_from_source};
   if (options_.method == ImageRegistrationMethod::BUNDLE_ICP) {
     // Lines 3 to 7: ICP against the virtual depth
@@ -154,18 +224,14 @@ FrameRegistrar::registerFrame(const SparseModel& model,
         model, image, neighbours, visual, initial->world_from_source, num_threads);
     report.inliers = alignment.result.visual_inliers;
     report.icp_rmse = alignment.result.rmse;
-    dense = {alignment.world_from_source, options_.dense_weight * alignment.result.information};
+    dense = {alignment.world_from_source * model.depthFromColor(image),
+             withSharedError(alignment.result.information,
+                             *depth_views_(image, model),
+                             options_.virtual_depth.noise,
+                             options_.shared_depth_sigmas,
+                             1)};
   }
-  std::vector<PointObservation> observations;
-  for (std::size_t k = 0; k < features.size(); ++k)
-    observations.push_back({features[k], visual.target[k]});
-  registration.world_from_camera = adjustPose(graph_.features(image),
-                                              graph_.camera(),
-                                              observations,
-                                              dense,
-                                              options_.adjustment,
-                                              dense.world_from_camera);
-  return registration;
+  return adjusted(model, image, visual, features, dense, report);
 }
 
 FrameRegistration
@@ -182,7 +248,7 @@ FrameRegistrar::registerFrameByGeometry(const SparseModel& model,
   const BundleICPResult& result = alignment.result;
   report.by_geometry = true;
   report.icp_rmse = result.rmse;
-  registration.world_from_camera = alignment.world_from_source;
+  registration.world_from_camera = alignment.world_from_source * model.depthFromColor(image);
   if (result.status != BundleICPStatus::CONVERGED)
     report.reason = "geometry alone did not converge";
   else if (result.overlap < options_.min_overlap)
@@ -200,9 +266,9 @@ FrameRegistrar::registerFrameByGeometry(const SparseModel& model,
 std::optional<RelativePoseTerm>
 FrameRegistrar::registerPair(const SparseModel& model, std::size_t first, std::size_t second) const
 {
-  const std::shared_ptr<const DepthView> target = depth_views_(first);
-  const std::shared_ptr<const DepthView> source = depth_views_(second);
-  const Pose guess = model.worldFromCamera(first).inverse() * model.worldFromCamera(second);
+  const std::shared_ptr<const DepthView> target = depth_views_(first, model);
+  const std::shared_ptr<const DepthView> source = depth_views_(second, model);
+  const Pose guess = model.worldFromDepth(first).inverse() * model.worldFromDepth(second);
   DenseBundleICP icp;
   icp.setNumberOfThreads(1);
   icp.setDepthNoise(options_.virtual_depth.noise);
@@ -217,8 +283,14 @@ FrameRegistrar::registerPair(const SparseModel& model, std::size_t first, std::s
   RelativePoseTerm term;
   term.first = first;
   term.second = second;
-  term.first_from_second = closestPose(icp.getFinalTransformation().cast<double>());
-  term.information = options_.dense_weight * result.information;
+  term.first_from_second = model.depthFromColor(first).inverse() *
+                           closestPose(icp.getFinalTransformation().cast<double>()) *
+                           model.depthFromColor(second);
+  term.information = withSharedError(result.information,
+                                     *source,
+                                     options_.virtual_depth.noise,
+                                     options_.shared_depth_sigmas,
+                                     2);
   return term;
 }
 

@@ -5,6 +5,8 @@
 #include <bundle_icp/registration/bundle_icp.h>
 #include <bundle_icp/sparse/incremental_mapper.h>
 
+#include "sparse/pose_adjustment.h"
+
 #include <optional>
 
 namespace bundle_icp {
@@ -18,6 +20,7 @@ struct Neighbour {
 /** Pose of an image found by Bundle ICP, or the reason why there is none. */
 struct FrameRegistration {
   Pose world_from_camera = Pose::Identity();
+  DepthError depth_error = DepthError::Zero();
   ImageRegistration report;
 };
 
@@ -31,6 +34,17 @@ public:
   : graph_(graph), depth_views_(depth_views), options_(options)
   {
   }
+
+  /** Whether images have a DepthError of their own, as self-calibration finds out. */
+  void
+  setDepthErrors(bool depth_errors)
+  {
+    depth_errors_ = depth_errors;
+  }
+
+  /** By visual evidence alone, quickly. */
+  FrameRegistration
+  registerVisually(const SparseModel& model, std::size_t image, int component) const;
 
   /** By MapperOptions::method: visual evidence, and virtual depth.
    *  \param num_threads threads inside this one registration */
@@ -62,6 +76,23 @@ private:
                       const std::vector<Neighbour>& neighbours,
                       std::vector<int>& features) const;
 
+  /** Algorithm 1, line 2, by MapperOptions::method; unset with the reason in the report. */
+  std::optional<VisualPose>
+  initialPose(const VisualCorrespondences& visual,
+              std::size_t image,
+              const std::vector<int>& features,
+              ImageRegistration& report) const;
+
+  /** Adjusts the pose to pixels, depth and dense evidence. */
+  FrameRegistration
+  adjusted(const SparseModel& model,
+           std::size_t image,
+           const VisualCorrespondences& visual,
+           const std::vector<int>& features,
+           const DensePose& dense,
+           const ImageRegistration& report) const;
+
+  /** The pose in the alignment is that of the depth image. */
   Alignment
   alignToVirtualDepth(const SparseModel& model,
                       std::size_t image,
@@ -73,6 +104,7 @@ private:
   const ImageGraph& graph_;
   const DepthViewProvider& depth_views_;
   const MapperOptions& options_;
+  bool depth_errors_ = false;
 };
 
 } // namespace bundle_icp

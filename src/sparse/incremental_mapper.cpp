@@ -3,6 +3,7 @@
 #include <bundle_icp/sparse/incremental_mapper.h>
 
 #include "common/parallel.h"
+#include "sparse/frame_motions.h"
 #include "sparse/frame_registration.h"
 
 #include <pcl/exceptions.h>
@@ -38,6 +39,7 @@ public:
   run(SparseModel& model, const ProgressCallback& progress);
 
   std::vector<ImageRegistration> registrations_;
+  SelfCalibrationResult self_calibration_;
 
 private:
   bool
@@ -55,6 +57,10 @@ private:
   void
   updateVisibility(const SparseModel& model, std::size_t image, int component);
   void
+  findMotions(SparseModel& model, int component) const;
+  void
+  calibrate(SparseModel& model, int component);
+  void
   adjust(SparseModel& model, int component, int max_iterations, bool dense);
   std::vector<RelativePoseTerm>
   denseTerms(const SparseModel& model, const std::vector<std::size_t>& images) const;
@@ -70,6 +76,7 @@ private:
   /** V of equation (4) for the component that grows. */
   std::vector<std::size_t> visibility_;
   std::vector<char> failed_;
+  int calibrated_component_ = -1; ///< the one that the calibration was found in
   ProgressCallback progress_;
 };
 
@@ -87,10 +94,13 @@ MapperOptions::isValid(std::string* error) const
     reason = "min_overlap must lie in (0, 1]";
   else if (!visual_start && method != ImageRegistrationMethod::BUNDLE_ICP)
     reason = "only the method BUNDLE_ICP can do without visual_start";
+  else if (!(shared_depth_sigmas > 0))
+    reason = "shared_depth_sigmas must be > 0";
   else if (num_threads < 0)
     reason = "num_threads must be >= 0";
   else
-    tracks.isValid(&reason) && adjustment.isValid(&reason) && virtual_depth.isValid(&reason);
+    tracks.isValid(&reason) && adjustment.isValid(&reason) && virtual_depth.isValid(&reason) &&
+        calibration_test.isValid(&reason) && calibration.isValid(&reason);
   if (error && !reason.empty())
     *error = reason;
   return reason.empty();
@@ -114,6 +124,12 @@ IncrementalMapper::run(SparseModel& model, const ProgressCallback& progress)
   return impl_->run(model, progress);
 }
 
+const SelfCalibrationResult&
+IncrementalMapper::selfCalibration() const
+{
+  return impl_->self_calibration_;
+}
+
 const std::vector<ImageRegistration>&
 IncrementalMapper::registrations() const
 {
@@ -125,6 +141,8 @@ IncrementalMapper::Impl::run(SparseModel& model, const ProgressCallback& progres
 {
   progress_ = progress;
   model.resize(graph_.size());
+  model.setCalibration(options_.calibration);
+  model.setDepthNoise(options_.virtual_depth.noise);
   for (std::size_t i = 0; i < graph_.size(); ++i)
     registrations_[i].reason = graph_.exclusion(i);
   const bool completed = registerComponents(model);
@@ -138,6 +156,7 @@ IncrementalMapper::Impl::registerComponents(SparseModel& model)
   for (int component = 0; initialise(model, component); ++component) {
     if (!grow(model, component, true))
       return false;
+    calibrate(model, component);
     adjust(model, component, options_.adjustment.max_iterations, true);
     // Images that only look like others: registered against the finished model
     if (!grow(model, component, false))
@@ -267,6 +286,7 @@ IncrementalMapper::Impl::registerBatch(SparseModel& model,
     }
     else
       model.registerImage(batch[k], slots[k].world_from_camera, component);
+    model.setDepthError(batch[k], slots[k].depth_error);
     updateVisibility(model, batch[k], component);
   }
   BundleAdjustmentOptions local = options_.adjustment;
@@ -332,6 +352,49 @@ IncrementalMapper::Impl::denseTerms(const SparseModel& model,
   return terms;
 }
 
+/** Motions from the poses of all images, of those that are not registered yet from their visual
+ *  poses: key images alone are too far apart in time. */
+void
+IncrementalMapper::Impl::findMotions(SparseModel& model, int component) const
+{
+  SparseModel placed = model;
+  std::vector<std::size_t> others;
+  for (std::size_t i = 0; i < graph_.size(); ++i)
+    if (!model.isRegistered(i) && visibility_[i] > 0 && graph_.exclusion(i).empty())
+      others.push_back(i);
+  std::vector<FrameRegistration> slots(others.size());
+  parallelFor(others.size(), options_.num_threads, {}, [&](std::size_t k) {
+    slots[k] = registrar_.registerVisually(model, others[k], component);
+  });
+  for (std::size_t k = 0; k < others.size(); ++k)
+    if (slots[k].report.registered)
+      placed.registerImage(others[k], slots[k].world_from_camera, component);
+  estimateMotions(graph_, component, placed);
+  for (const std::size_t image : placed.registeredImages(component))
+    model.setMotion(image, placed.motion(image));
+}
+
+/** Self-calibration, in the first component that is large enough for it. */
+void
+IncrementalMapper::Impl::calibrate(SparseModel& model, int component)
+{
+  std::vector<std::size_t> keys;
+  for (const std::size_t image : model.registeredImages(component))
+    if (graph_.isKey(image))
+      keys.push_back(image);
+  if (!options_.self_calibration || keys.size() < options_.calibration_test.min_images)
+    return;
+  adjust(model, component, INTERMEDIATE_ITERATIONS, false);
+  findMotions(model, component);
+  if (calibrated_component_ >= 0)
+    return;
+  SelfCalibrationOptions test = options_.calibration_test;
+  test.num_threads = options_.num_threads;
+  self_calibration_ = selfCalibrate(graph_, keys, options_.adjustment, test, model);
+  registrar_.setDepthErrors(self_calibration_.depth_errors);
+  calibrated_component_ = component;
+}
+
 /** Global bundle adjustment over the key images of a component; `dense` makes it the final
  *  one, with all evidence and outliers removed in between. */
 void
@@ -343,6 +406,9 @@ IncrementalMapper::Impl::adjust(SparseModel& model, int component, int max_itera
       problem.variable.push_back(image);
   BundleAdjustmentOptions options = options_.adjustment;
   options.max_iterations = max_iterations;
+  problem.depth_errors = self_calibration_.depth_errors;
+  if (component == calibrated_component_)
+    problem.calibrated = self_calibration_.calibrated;
   const int rounds = !options_.global_adjustment ? 0 : dense ? FINAL_ROUNDS : 1;
   for (int round = 0; round < rounds; ++round) {
     if (dense && round > 0 && options_.num_dense_neighbours > 0)
@@ -356,6 +422,11 @@ IncrementalMapper::Impl::adjust(SparseModel& model, int component, int max_itera
   for (std::size_t i = 0; i < graph_.size(); ++i)
     if (!model.isRegistered(i))
       visibility_[i] = model.visibility(graph_, i, component);
+  if (dense && component == calibrated_component_ && !problem.calibrated.empty()) {
+    Calibration calibration = model.calibration();
+    calibration.deviations = calibrationDeviations(graph_, problem, options, model);
+    model.setCalibration(calibration);
+  }
 }
 
 /** Images without visual evidence start from their neighbours in time and let geometry

@@ -22,15 +22,24 @@ struct DensePose {
   Matrix6d information = Matrix6d::Zero();
 };
 
+/** The part of the model that one image adds: its pose, and the error that its depth shares. */
+struct ImagePose {
+  Pose world_from_camera = Pose::Identity();
+  DepthError depth_error = DepthError::Zero();
+};
+
 /** The pose of one image given the points that it sees: the same residuals and loss as
- *  adjustBundle(), with points held, by Gauss-Newton. Isotropic 3D-3D distances, as in
- *  Algorithm 1, line 2, give away that pixels are known far better than depth. */
-Pose
-adjustPose(const Features& features,
-           const CameraIntrinsics& camera,
+ *  adjustBundle(), with points and calibration held, by Gauss-Newton. Isotropic 3D-3D distances, as
+ *  in Algorithm 1, line 2, give away that pixels are known far better than depth.
+ *  \param depth_error whether the DepthError moves, too */
+ImagePose
+adjustPose(const ImageGraph& graph,
+           const SparseModel& model,
+           std::size_t image,
            const std::vector<PointObservation>& observations,
            const DensePose& dense,
            const BundleAdjustmentOptions& options,
-           const Pose& world_from_camera);
+           bool depth_error,
+           const ImagePose& start);
 
 } // namespace bundle_icp

@@ -2,6 +2,8 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "sparse/residuals.h"
 
+#include "sparse/measurement_model.h"
+
 #include <Eigen/Eigenvalues>
 
 namespace bundle_icp {
@@ -88,20 +90,19 @@ PixelResidual::Evaluate(double const* const* parameters,
                         double* residuals,
                         double** jacobians) const
 {
-  const auto rotation = rotationOf(parameters[0]);
+  const Eigen::Matrix3d rotation = rotationOf(parameters[0]).toRotationMatrix();
   const Eigen::Vector3d rotated = rotation * Eigen::Map<const Eigen::Vector3d>(parameters[1]);
-  const Eigen::Vector3d point = rotated + translationOf(parameters[0]);
-  // Behind the camera there is no pixel; a far one keeps the block valid and is downweighted.
-  const double z = std::max(point.z(), 1e-3);
-  Eigen::Map<Eigen::Vector2d>{residuals} =
-      weight_ * (camera_.project({point.x(), point.y(), z}) - pixel_);
+  const MeasurementModel model(
+      image_.camera, Eigen::Map<const CalibrationVector>(parameters[2]), image_.motion);
+  Eigen::Matrix<double, 2, 3> by_point;
+  CalibrationRows2 by_calibration;
+  const Eigen::Vector2d predicted = model.pixel(rotated + translationOf(parameters[0]),
+                                                pixel_.y(),
+                                                jacobians ? &by_point : nullptr,
+                                                jacobians && jacobians[2] ? &by_calibration : nullptr);
+  Eigen::Map<Eigen::Vector2d>{residuals} = weight_ * (predicted - pixel_);
   if (!jacobians)
     return true;
-  Eigen::Matrix<double, 2, 3> by_point;
-  by_point << camera_.fx / z, 0, -camera_.fx * point.x() / (z * z), 0, camera_.fy / z,
-      -camera_.fy * point.y() / (z * z);
-  if (point.z() < z) // the bound does not move with the point
-    by_point.col(2).setZero();
   by_point *= weight_;
   if (jacobians[0]) {
     Eigen::Map<Eigen::Matrix<double, 2, 7, Eigen::RowMajor>> by_pose(jacobians[0]);
@@ -109,8 +110,10 @@ PixelResidual::Evaluate(double const* const* parameters,
     by_pose.col(6).setZero();
   }
   if (jacobians[1])
-    Eigen::Map<Eigen::Matrix<double, 2, 3, Eigen::RowMajor>>{jacobians[1]} =
-        by_point * rotation.toRotationMatrix();
+    Eigen::Map<Eigen::Matrix<double, 2, 3, Eigen::RowMajor>>{jacobians[1]} = by_point * rotation;
+  if (jacobians[2])
+    Eigen::Map<Eigen::Matrix<double, 2, NUM_CALIBRATION_PARAMETERS, Eigen::RowMajor>>{
+        jacobians[2]} = weight_ * by_calibration;
   return true;
 }
 
@@ -119,19 +122,58 @@ DepthResidual::Evaluate(double const* const* parameters,
                         double* residuals,
                         double** jacobians) const
 {
-  const auto rotation = rotationOf(parameters[0]);
+  const Eigen::Matrix3d rotation = rotationOf(parameters[0]).toRotationMatrix();
   const Eigen::Vector3d rotated = rotation * Eigen::Map<const Eigen::Vector3d>(parameters[1]);
-  residuals[0] = weight_ * (rotated.z() + parameters[0][6] - depth_);
+  const Eigen::Map<const CalibrationVector> calibration(parameters[2]);
+  const MeasurementModel model(image_.camera, calibration, image_.motion);
+  const Eigen::Vector2d shift(calibration[int(CalibrationParameter::DEPTH_SHIFT_X)],
+                              calibration[int(CalibrationParameter::DEPTH_SHIFT_Y)]);
+  Eigen::RowVector3d by_point, by_error;
+  CalibrationRow by_calibration;
+  const double predicted = model.depth(rotated + translationOf(parameters[0]),
+                                       pixel_,
+                                       Eigen::Map<const DepthError>(parameters[3]),
+                                       noise_,
+                                       &by_point,
+                                       &by_calibration,
+                                       &by_error);
+  residuals[0] = weight_ * (predicted - depth_ - slope_.dot(shift));
   if (!jacobians)
     return true;
   if (jacobians[0]) {
     Eigen::Map<Eigen::Matrix<double, 1, 7>> by_pose(jacobians[0]);
-    by_pose.leftCols<6>() = weight_ * pointByPose(rotated).row(2);
+    by_pose.leftCols<6>() = weight_ * by_point * pointByPose(rotated);
     by_pose[6] = 0;
   }
   if (jacobians[1])
-    Eigen::Map<Eigen::Matrix<double, 1, 3>>{jacobians[1]} =
-        weight_ * rotation.toRotationMatrix().row(2);
+    Eigen::Map<Eigen::RowVector3d>{jacobians[1]} = weight_ * by_point * rotation;
+  if (jacobians[2]) {
+    by_calibration[int(CalibrationParameter::DEPTH_SHIFT_X)] = -slope_.x();
+    by_calibration[int(CalibrationParameter::DEPTH_SHIFT_Y)] = -slope_.y();
+    Eigen::Map<CalibrationRow>{jacobians[2]} = weight_ * by_calibration;
+  }
+  if (jacobians[3])
+    Eigen::Map<Eigen::RowVector3d>{jacobians[3]} = weight_ * by_error;
+  return true;
+}
+
+PriorResidual::PriorResidual(const Eigen::VectorXd& expected, const Eigen::VectorXd& deviations)
+: expected_(expected), weights_(deviations.cwiseInverse())
+{
+  set_num_residuals(int(expected.size()));
+  mutable_parameter_block_sizes()->push_back(int(expected.size()));
+}
+
+bool
+PriorResidual::Evaluate(double const* const* parameters,
+                        double* residuals,
+                        double** jacobians) const
+{
+  const Eigen::Index n = expected_.size();
+  Eigen::Map<Eigen::VectorXd>(residuals, n) =
+      weights_.cwiseProduct(Eigen::Map<const Eigen::VectorXd>(parameters[0], n) - expected_);
+  if (jacobians && jacobians[0])
+    Eigen::Map<Eigen::MatrixXd>(jacobians[0], n, n) = weights_.asDiagonal();
   return true;
 }
 

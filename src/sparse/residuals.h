@@ -2,8 +2,9 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #pragma once
 
-#include <bundle_icp/common/camera_intrinsics.h>
+#include <bundle_icp/common/calibration.h>
 #include <bundle_icp/common/pose.h>
+#include <bundle_icp/graph/features.h>
 
 #include <ceres/ceres.h>
 
@@ -46,32 +47,69 @@ public:
   MinusJacobian(const double* x, double* jacobian) const override;
 };
 
-/** (projected point - measured pixel) / sigma. Blocks: pose, point in the world. */
-class PixelResidual : public ceres::SizedCostFunction<2, 7, 3> {
+/** What an image's residuals share. */
+struct ImageMeasurement {
+  const CameraIntrinsics& camera;
+  Vector6d motion = Vector6d::Zero(); ///< see MeasurementModel
+};
+
+/** (predicted pixel - measured pixel) / sigma. Blocks: pose, point in the world, calibration. */
+class PixelResidual : public ceres::SizedCostFunction<2, 7, 3, NUM_CALIBRATION_PARAMETERS> {
 public:
-  PixelResidual(const CameraIntrinsics& camera, const Eigen::Vector2d& pixel, double sigma)
-  : camera_(camera), pixel_(pixel), weight_(1 / sigma)
+  PixelResidual(const ImageMeasurement& image, const Features& features, int feature)
+  : image_(image)
+  , pixel_(features.pixels[feature].cast<double>())
+  , weight_(1 / features.pixel_sigmas[feature])
   {
   }
   bool
   Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
 
 private:
-  const CameraIntrinsics& camera_;
+  const ImageMeasurement& image_;
   Eigen::Vector2d pixel_;
   double weight_;
 };
 
-/** (depth of the point along the axis - measured depth) / sigma. Blocks: pose, point. */
-class DepthResidual : public ceres::SizedCostFunction<1, 7, 3> {
+/** (predicted depth - measured depth) / sigma. It is the prediction that errors of the depth camera
+ *  are applied to: correcting the measurement would shrink its noise with it, and the fit
+ *  would improve by shrinking alone. Blocks: pose, point in the world, calibration, DepthError. */
+class DepthResidual : public ceres::SizedCostFunction<1, 7, 3, NUM_CALIBRATION_PARAMETERS, 3> {
 public:
-  DepthResidual(double depth, double sigma) : depth_(depth), weight_(1 / sigma) {}
+  DepthResidual(const ImageMeasurement& image,
+                const DepthNoise& noise,
+                const Features& features,
+                int feature)
+  : image_(image)
+  , noise_(noise)
+  , pixel_(features.pixels[feature].cast<double>())
+  , slope_(features.depthSlope(feature).cast<double>())
+  , depth_(features.depths[feature])
+  , weight_(1 / features.depth_sigmas[feature])
+  {
+  }
   bool
   Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
 
 private:
+  const ImageMeasurement& image_;
+  const DepthNoise& noise_;
+  Eigen::Vector2d pixel_;
+  Eigen::Vector2d slope_;
   double depth_;
   double weight_;
+};
+
+/** (value - expected) / deviation of each number of a block. */
+class PriorResidual : public ceres::CostFunction {
+public:
+  PriorResidual(const Eigen::VectorXd& expected, const Eigen::VectorXd& deviations);
+  bool
+  Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
+
+private:
+  Eigen::VectorXd expected_;
+  Eigen::VectorXd weights_;
 };
 
 /** Square root of the information times the motion from the measured to the present relative

@@ -2,6 +2,8 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include <bundle_icp/sparse/sparse_model.h>
 
+#include "sparse/measurement_model.h"
+
 #include <algorithm>
 #include <set>
 
@@ -200,10 +202,32 @@ SparseModel::transform(int component, const Pose& new_from_old)
 }
 
 Eigen::Vector3d
+measuredPointInCamera(const ImageGraph& graph,
+                      const SparseModel& model,
+                      const Observation& observation)
+{
+  const Features& features = graph.features(observation.image);
+  const std::size_t j = std::size_t(observation.feature);
+  const CameraIntrinsics& camera = graph.camera();
+  const Eigen::Vector2d pixel = features.pixels[j].cast<double>();
+  const Calibration& calibration = model.calibration();
+  const Eigen::Vector2d shift(calibration[CalibrationParameter::DEPTH_SHIFT_X],
+                              calibration[CalibrationParameter::DEPTH_SHIFT_Y]);
+  const double z = correctedDepth(features.depths[j] + features.depthSlope(j).cast<double>().dot(shift),
+                                  (pixel.x() - camera.cx) / camera.fx,
+                                  (pixel.y() - camera.cy) / camera.fy,
+                                  calibration,
+                                  model.depthError(observation.image),
+                                  model.depthNoise());
+  const MeasurementModel measurement(camera, calibration.values, model.motion(observation.image));
+  return measurement.unproject(pixel, z);
+}
+
+Eigen::Vector3d
 measuredPoint(const ImageGraph& graph, const SparseModel& model, const Observation& observation)
 {
   return model.worldFromCamera(observation.image) *
-         pointInCamera(graph.features(observation.image), observation.feature, graph.camera());
+         measuredPointInCamera(graph, model, observation);
 }
 
 bool
@@ -214,14 +238,19 @@ agrees(const ImageGraph& graph,
        const TrackOptions& options)
 {
   const Features& features = graph.features(observation.image);
-  const int j = observation.feature;
+  const std::size_t j = std::size_t(observation.feature);
   const Eigen::Vector3d in_camera =
       model.worldFromCamera(observation.image).inverse() * point;
   if (!(in_camera.z() > 0))
     return false;
-  const double pixel_error =
-      (graph.camera().project(in_camera) - features.pixels[j].cast<double>()).norm();
-  const double depth_error = std::abs(in_camera.z() - features.depths[j]);
+  const Eigen::Vector2d pixel = features.pixels[j].cast<double>();
+  const MeasurementModel measurement(
+      graph.camera(), model.calibration().values, model.motion(observation.image));
+  const double pixel_error = (measurement.pixel(in_camera, pixel.y()) - pixel).norm();
+  const double depth_error = std::abs(
+      measurement.depth(
+          in_camera, pixel, model.depthError(observation.image), model.depthNoise()) -
+      features.depths[j]);
   return pixel_error < options.max_pixel_error * std::max(1.0f, features.pixel_sigmas[j]) &&
          depth_error < options.max_sigmas * features.depth_sigmas[j];
 }

@@ -28,8 +28,9 @@ struct Scene {
   adjust(const std::vector<PointObservation>& observations, const DensePose& dense,
          const Pose& guess, const BundleAdjustmentOptions& options = {}) const
   {
-    return adjustPose(view.features, landmarks.camera(), observations, dense, options,
-                      guess);
+    return adjustPose(toGraph(landmarks, {view}), SparseModel(1), 0, observations, dense,
+                      options, false, {guess})
+        .world_from_camera;
   }
 };
 

@@ -40,6 +40,8 @@ struct Features {
   std::vector<float> pixel_sigmas;     ///< standard deviation of the position [px]
   std::vector<float> depths;           ///< along the axis [m], NaN = none (hole or edge)
   std::vector<float> depth_sigmas;     ///< standard deviation of the depth [m]
+  /** Change of depth from pixel to pixel [m/px], along u and v; may be empty = unknown. */
+  std::vector<Eigen::Vector2f> depth_slopes;
   std::vector<cv::Vec3b> colors;       ///< of the image there, BGR
   /** d_j: RootSIFT (Arandjelovic, Zisserman, CVPR 2012), CV_8UC1, N x 128, in units of
    *  1/256 and at most 127, so that products of two fit the integer SIMD instructions. */
@@ -51,6 +53,12 @@ struct Features {
   size() const
   {
     return pixels.size();
+  }
+
+  Eigen::Vector2f
+  depthSlope(std::size_t j) const
+  {
+    return depth_slopes.empty() ? Eigen::Vector2f::Zero() : depth_slopes[j];
   }
 
   bool

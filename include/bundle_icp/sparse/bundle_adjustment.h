@@ -28,6 +28,14 @@ struct BundleAdjustmentProblem {
   std::vector<std::size_t> constant;
   /** Dense evidence; terms with images outside both lists are ignored. */
   std::vector<RelativePoseTerm> relative_poses;
+  /** Parameters of SparseModel::calibration() that are adjusted. */
+  std::vector<CalibrationParameter> calibrated;
+  /** Whether the DepthError of the variable images is adjusted. */
+  bool depth_errors = false;
+  /** Tracks with fewer observations by images that take part are left out. */
+  std::size_t min_track_length = 2;
+  /** Leaves out the observations that isHeldBack(). */
+  bool hold_back = false;
 };
 
 /** How an adjustment is solved. */
@@ -39,6 +47,8 @@ struct BUNDLE_ICP_EXPORT BundleAdjustmentOptions {
   double function_tolerance = 1e-4;
   /** Residuals of measured depth take part. */
   bool use_depth = true;
+  /** Prior standard deviation of each number of a DepthError [sigma of DepthNoise]. */
+  double depth_error_deviation = 2;
 
   bool
   isValid(std::string* error = nullptr) const;
@@ -53,8 +63,35 @@ struct BundleAdjustmentResult {
   double final_cost = 0;
 };
 
+/** Prior standard deviations of the calibration: how far cameras as they are sold differ from their
+ *  nominal values. Values near 0 are likely, and what the scan does not show stays there. */
+BUNDLE_ICP_EXPORT const CalibrationVector&
+calibrationPrior();
+
+/** Whether an observation is kept back to test a calibration: a fifth of those in tracks of
+ *  four or more, chosen by number. */
+BUNDLE_ICP_EXPORT bool
+isHeldBack(const ScenePoint& point, std::size_t index_in_track);
+
+/** Robust cost of the observations that isHeldBack(), of points that took part in the adjustment of
+ *  `problem`: for each variable image, in their order. */
+BUNDLE_ICP_EXPORT std::vector<double>
+heldBackCost(const ImageGraph& graph,
+             const BundleAdjustmentProblem& problem,
+             const BundleAdjustmentOptions& options,
+             const SparseModel& model);
+
+/** Standard deviations of calibration parameters, given all that `problem` knows: from the inverse
+ *  of the normal equations at the present state; 0 for those that are not adjusted. */
+BUNDLE_ICP_EXPORT CalibrationVector
+calibrationDeviations(const ImageGraph& graph,
+                      const BundleAdjustmentProblem& problem,
+                      const BundleAdjustmentOptions& options,
+                      const SparseModel& model);
+
 /** Global (or local) bundle adjustment: moves poses and points to the minimum of the robust sum of
- *  squared pixel residuals, measured-depth residuals and dense relative poses, with Ceres.
+ *  squared pixel residuals, measured-depth residuals and dense relative poses, with Ceres; calibration
+ *  and depth errors move where the problem says so, held near their priors.
  *  Runs on one thread: Ceres adds in the order in which threads arrive, and results must not depend
  *  on that.
  *  \throws pcl::BadArgumentException for invalid options or unregistered images. */

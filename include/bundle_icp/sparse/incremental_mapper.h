@@ -4,7 +4,7 @@
 
 #include <bundle_icp/common/progress.h>
 #include <bundle_icp/registration/virtual_depth.h>
-#include <bundle_icp/sparse/bundle_adjustment.h>
+#include <bundle_icp/sparse/self_calibration.h>
 #include <bundle_icp/sparse/sparse_model.h>
 
 #include <functional>
@@ -47,9 +47,15 @@ struct BUNDLE_ICP_EXPORT MapperOptions {
   double min_overlap = 0.5;
   /** Covisible images with which each adjusted image gets a dense term; 0 = none. */
   std::size_t num_dense_neighbours = 4;
-  /** Weight of a dense term relative to what its noise model says: depth errors that all pixels
-   *  of an image share do not average out. */
-  double dense_weight = 0.1;
+  /** Depth errors that all pixels of an image share do not average out over the image: each
+   *  image's depth is known as a whole to so many sigma of DepthNoise, as a shift and as a tilt
+   *  per unit of x / z. Limits the weight of dense terms. */
+  double shared_depth_sigmas = 2;
+  /** Corrections to the camera that the scan supports are found and applied. */
+  bool self_calibration = true;
+  SelfCalibrationOptions calibration_test;
+  /** What is known of the camera beforehand, from an earlier scan. */
+  Calibration calibration;
   /** Whether time stamps tell which images are neighbours. */
   bool ordered_in_time = true;
   /** Threads to use, 0 = all. */
@@ -69,9 +75,10 @@ struct ImageRegistration {
   bool by_geometry = false;      ///< without visual evidence
 };
 
-/** Gives the prepared depth of an image; called by several threads. */
-using DepthViewProvider =
-    std::function<std::shared_ptr<const DepthView>(std::size_t image)>;
+/** Gives the prepared depth of an image, corrected by the model's calibration and the image's
+ *  DepthError; called by several threads. */
+using DepthViewProvider = std::function<std::shared_ptr<const DepthView>(
+    std::size_t image, const SparseModel& model)>;
 
 /** The incremental sparse reconstruction of section 2.2: starts with the pair of strongest
  *  correlation, adds the image of highest visibility by Bundle ICP (Algorithm 1), updates
@@ -93,6 +100,10 @@ public:
   /** What became of each image of the graph. */
   const std::vector<ImageRegistration>&
   registrations() const;
+
+  /** Which corrections were tested, and which applied. */
+  const SelfCalibrationResult&
+  selfCalibration() const;
 
 private:
   class Impl;

@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #pragma once
 
+#include <bundle_icp/common/calibration.h>
 #include <bundle_icp/common/pose.h>
 #include <bundle_icp/graph/image_graph.h>
 
@@ -80,6 +81,73 @@ public:
     images_[image].world_from_camera = world_from_camera;
   }
 
+  /** How the camera differs from ImageGraph::camera(); shared by all images. */
+  const Calibration&
+  calibration() const
+  {
+    return calibration_;
+  }
+
+  void
+  setCalibration(const Calibration& calibration)
+  {
+    calibration_ = calibration;
+  }
+
+  /** Unit of the images' DepthError. */
+  const DepthNoise&
+  depthNoise() const
+  {
+    return depth_noise_;
+  }
+
+  void
+  setDepthNoise(const DepthNoise& noise)
+  {
+    depth_noise_ = noise;
+  }
+
+  /** Error that all of an image's depth shares. */
+  const DepthError&
+  depthError(std::size_t image) const
+  {
+    return images_[image].depth_error;
+  }
+
+  void
+  setDepthError(std::size_t image, const DepthError& error)
+  {
+    images_[image].depth_error = error;
+  }
+
+  /** Motion of the scene in the camera frame while the image was taken [rad/s, m/s]: it takes a point
+   *  X in the camera frame to increment(t motion) * X after t seconds. */
+  const Vector6d&
+  motion(std::size_t image) const
+  {
+    return images_[image].motion;
+  }
+
+  void
+  setMotion(std::size_t image, const Vector6d& motion)
+  {
+    images_[image].motion = motion;
+  }
+
+  /** Motion of the camera frame from the time of colour to that of depth. */
+  Pose
+  depthFromColor(std::size_t image) const
+  {
+    return increment(calibration_[CalibrationParameter::TIME_OFFSET] * images_[image].motion);
+  }
+
+  /** Pose of the camera when the depth of an image was taken. */
+  Pose
+  worldFromDepth(std::size_t image) const
+  {
+    return images_[image].world_from_camera * depthFromColor(image).inverse();
+  }
+
   /** Registers an image without letting it extend tracks. */
   void
   registerImage(std::size_t image, const Pose& world_from_camera, int component);
@@ -132,6 +200,8 @@ private:
   struct Image {
     Pose world_from_camera = Pose::Identity();
     int component = -1;
+    DepthError depth_error = DepthError::Zero();
+    Vector6d motion = Vector6d::Zero();
     std::vector<int> points; ///< per feature; empty = none at all
   };
 
@@ -152,9 +222,17 @@ private:
 
   std::vector<Image> images_;
   std::vector<ScenePoint> points_;
+  Calibration calibration_;
+  DepthNoise depth_noise_;
 };
 
-/** Measured point of an observation in the world, by the pose of its image [m]. */
+/** Measured point of an observation in the camera frame, by motion and calibration [m]. */
+BUNDLE_ICP_EXPORT Eigen::Vector3d
+measuredPointInCamera(const ImageGraph& graph,
+                      const SparseModel& model,
+                      const Observation& observation);
+
+/** Measured point of an observation in the world [m]. */
 BUNDLE_ICP_EXPORT Eigen::Vector3d
 measuredPoint(const ImageGraph& graph, const SparseModel& model, const Observation& observation);
 

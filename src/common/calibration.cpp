@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#include <bundle_icp/common/calibration.h>
+
+#include <opencv2/calib3d.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include <array>
+#include <cmath>
+
+namespace bundle_icp {
+namespace {
+
+using P = CalibrationParameter;
+
+/** Bounds of what can be a correction rather than another camera. */
+const CalibrationVector&
+bounds()
+{
+  static const CalibrationVector vector = [] {
+    CalibrationVector b;
+    b << 0.2, 0.2, 100, 100, 0.5, 1, 0.2, 0.3, 0.3, 30, 30, 0.1, 0.2;
+    return b;
+  }();
+  return vector;
+}
+
+/** Image moved so that what is found at p + shift lies at p. */
+cv::Mat
+shifted(const cv::Mat& depth, double dx, double dy)
+{
+  if (dx == 0 && dy == 0)
+    return depth;
+  cv::Mat moved;
+  const cv::Matx23d from(1, 0, dx, 0, 1, dy);
+  // The nearest pixel: a mean over a depth edge is a point in the air.
+  cv::warpAffine(depth, moved, from, depth.size(), cv::INTER_NEAREST | cv::WARP_INVERSE_MAP,
+                 cv::BORDER_CONSTANT, cv::Scalar(std::numeric_limits<double>::quiet_NaN()));
+  return moved;
+}
+
+/** Removes radial distortion that is left in the image. */
+cv::Mat
+undistorted(const cv::Mat& image,
+            const CameraIntrinsics& camera,
+            const Calibration& calibration,
+            int interpolation,
+            const cv::Scalar& border)
+{
+  const double k1 = calibration[P::RADIAL_1], k2 = calibration[P::RADIAL_2];
+  if (k1 == 0 && k2 == 0)
+    return image;
+  const cv::Matx33d matrix(camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1);
+  cv::Mat map_x, map_y, result;
+  cv::initUndistortRectifyMap(matrix, cv::Vec4d(k1, k2, 0, 0), cv::noArray(), matrix,
+                              image.size(), CV_32FC1, map_x, map_y);
+  cv::remap(image, result, map_x, map_y, interpolation, cv::BORDER_CONSTANT, border);
+  return result;
+}
+
+} // namespace
+
+const char*
+calibrationName(CalibrationParameter parameter)
+{
+  static const std::array<const char*, NUM_CALIBRATION_PARAMETERS> names{
+      "focal_x", "focal_y", "center_x", "center_y", "radial_1", "radial_2", "depth_bias",
+      "depth_tilt_x", "depth_tilt_y", "depth_shift_x", "depth_shift_y", "readout", "time_offset"};
+  return names[std::size_t(parameter)];
+}
+
+CameraIntrinsics
+Calibration::corrected(const CameraIntrinsics& camera) const
+{
+  CameraIntrinsics result = camera;
+  result.fx *= 1 + (*this)[P::FOCAL_X];
+  result.fy *= 1 + (*this)[P::FOCAL_Y];
+  result.cx += (*this)[P::CENTER_X];
+  result.cy += (*this)[P::CENTER_Y];
+  return result;
+}
+
+bool
+Calibration::isValid(std::string* error) const
+{
+  std::string reason;
+  for (int i = 0; i < NUM_CALIBRATION_PARAMETERS; ++i)
+    if (!(std::abs(values[i]) <= bounds()[i]))
+      reason = std::string(calibrationName(P(i))) + " must lie within +-" +
+               std::to_string(bounds()[i]);
+  if (!(depth_scale > 0.5 && depth_scale < 2))
+    reason = "depth_scale must lie in (0.5, 2)";
+  if (error && !reason.empty())
+    *error = reason;
+  return reason.empty();
+}
+
+double
+correctedDepth(double measured,
+               double x,
+               double y,
+               const Calibration& calibration,
+               const DepthError& error,
+               const DepthNoise& noise)
+{
+  const double shared = error[0] + error[1] * x + error[2] * y;
+  const double tilt = calibration[P::DEPTH_TILT_X] * x + calibration[P::DEPTH_TILT_Y] * y;
+  double z = measured;
+  // Errors are a few percent: each round leaves that share of what is left.
+  for (int round = 0; round < 4; ++round)
+    z = (measured - noise.sigma(z) * shared) / (1 + calibration[P::DEPTH_BIAS] * z + tilt);
+  return z;
+}
+
+cv::Mat
+correctedDepth(const cv::Mat& depth,
+               const CameraIntrinsics& camera,
+               const Calibration& calibration,
+               const DepthError& error,
+               const DepthNoise& noise)
+{
+  const CameraIntrinsics exact = calibration.corrected(camera);
+  cv::Mat result = undistorted(
+      shifted(depth, calibration[P::DEPTH_SHIFT_X], calibration[P::DEPTH_SHIFT_Y]), exact,
+      calibration, cv::INTER_NEAREST, cv::Scalar(std::numeric_limits<double>::quiet_NaN()));
+  if (result.data == depth.data)
+    result = depth.clone();
+  for (int v = 0; v < result.rows; ++v) {
+    float* row = result.ptr<float>(v);
+    const double y = (v - exact.cy) / exact.fy;
+    for (int u = 0; u < result.cols; ++u)
+      if (row[u] > 0)
+        row[u] = float(correctedDepth(row[u], (u - exact.cx) / exact.fx, y, calibration, error, noise));
+  }
+  return result;
+}
+
+RGBDFrame
+correctedFrame(const RGBDFrame& frame,
+               const CameraIntrinsics& camera,
+               const Calibration& calibration,
+               const DepthError& error,
+               const DepthNoise& noise)
+{
+  RGBDFrame result = frame;
+  result.color = undistorted(
+      frame.color, calibration.corrected(camera), calibration, cv::INTER_LINEAR, cv::Scalar::all(0));
+  result.depth = correctedDepth(frame.depth, camera, calibration, error, noise);
+  return result;
+}
+
+} // namespace bundle_icp

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#include "sparse/frame_motions.h"
+
+#include <Eigen/Dense>
+
+#include <algorithm>
+#include <cmath>
+
+namespace bundle_icp {
+namespace {
+
+/** All neighbours within this time take part, which averages the noise of their poses [s]. */
+constexpr double WINDOW = 0.12;
+/** Beyond the window, the nearest two on either side within this time [s]. */
+constexpr double REACH = 0.8;
+constexpr std::size_t MIN_PER_SIDE = 2;
+constexpr int DEGREE = 3;
+
+struct Sample {
+  double time;       ///< relative to the image [s]
+  Vector6d position; ///< motion of camera_from_world since the image
+};
+
+/** Slope at 0 of the polynomial through 0 that fits the samples best. */
+Vector6d
+slope(const std::vector<Sample>& samples)
+{
+  if (samples.empty())
+    return Vector6d::Zero();
+  double span = 0;
+  for (const Sample& sample : samples)
+    span = std::max(span, std::abs(sample.time));
+  if (!(span > 0))
+    return Vector6d::Zero();
+  const int degree = std::min<int>(DEGREE, int(samples.size()));
+  Eigen::MatrixXd powers(samples.size(), degree), positions(samples.size(), 6);
+  for (std::size_t k = 0; k < samples.size(); ++k) {
+    for (int d = 0; d < degree; ++d)
+      powers(Eigen::Index(k), d) = std::pow(samples[k].time / span, d + 1);
+    positions.row(Eigen::Index(k)) = samples[k].position.transpose();
+  }
+  const Eigen::MatrixXd coefficients = powers.colPivHouseholderQr().solve(positions);
+  return coefficients.row(0).transpose() / span;
+}
+
+} // namespace
+
+void
+estimateMotions(const ImageGraph& graph, int component, SparseModel& model)
+{
+  std::vector<std::size_t> by_time = model.registeredImages(component);
+  std::stable_sort(by_time.begin(), by_time.end(), [&graph](std::size_t a, std::size_t b) {
+    return graph.timestamp(a) < graph.timestamp(b);
+  });
+  const int count = int(by_time.size());
+  for (int k = 0; k < count; ++k) {
+    const std::size_t image = by_time[std::size_t(k)];
+    std::vector<Sample> samples;
+    for (const int direction : {-1, 1}) {
+      std::size_t found = 0;
+      for (int j = k + direction; j >= 0 && j < count; j += direction) {
+        const std::size_t other = by_time[std::size_t(j)];
+        const double time = graph.timestamp(other) - graph.timestamp(image);
+        if (std::abs(time) > REACH || (std::abs(time) > WINDOW && found >= MIN_PER_SIDE))
+          break;
+        samples.push_back(
+            {time,
+             logarithm(model.worldFromCamera(other).inverse() * model.worldFromCamera(image))});
+        ++found;
+      }
+    }
+    model.setMotion(image, slope(samples));
+  }
+}
+
+} // namespace bundle_icp

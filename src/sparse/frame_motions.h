@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#pragma once
+
+#include <bundle_icp/sparse/sparse_model.h>
+
+namespace bundle_icp {
+
+/** Sets SparseModel::motion() of the registered images of a component from the poses of their
+ *  neighbours in time: the slope of a cubic through those within a tenth of a second, two on
+ *  either side at least. Images without neighbours within a second do not move, as far as is
+ *  known. */
+void
+estimateMotions(const ImageGraph& graph, int component, SparseModel& model);
+
+} // namespace bundle_icp
