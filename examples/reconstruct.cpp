@@ -25,7 +25,7 @@ using namespace bundle_icp;
 namespace {
 
 struct Arguments {
-  std::string scan, output, method = "bundle_icp", device = "auto";
+  std::string scan, output, method, device = "auto";
   DatasetOptions dataset;
   ReconstructionOptions reconstruction;
   bool is_quiet = false;
@@ -84,7 +84,9 @@ describe(Arguments& arguments)
       "default: everything")("no-mesh", "poses and sparse model only")(
       "method",
       po::value(&arguments.method)->value_name("NAME")->default_value("bundle_icp"),
-      "how poses are estimated: bundle_icp")(
+      "how poses are estimated: bundle_icp, or one that it is compared with: rgbd_sfm (structure from "
+      "motion with measured depth, no ICP), visual_icp (frame-to-model tracking started from matched "
+      "features), f2m_icp (depth alone, as KinectFusion)")(
       "max-features",
       po::value(&options.features.max_features)
           ->value_name("N")
@@ -133,8 +135,11 @@ applyValues(const po::variables_map& values, Arguments& arguments)
     arguments.dataset.depth_scale = values["depth-scale"].as<double>();
   if (values.count("shuffle"))
     arguments.dataset.shuffle_seed = values["shuffle"].as<std::uint64_t>();
-  if (arguments.method != "bundle_icp")
-    throw UsageError("--method " + arguments.method + ": known is bundle_icp");
+  const auto method = parseReconstructionMethod(arguments.method);
+  if (!method)
+    throw UsageError("--method " + arguments.method +
+                     ": known are bundle_icp, rgbd_sfm, visual_icp and f2m_icp");
+  arguments.reconstruction.method = *method;
   if (arguments.device != "cpu" && arguments.device != "auto")
     throw UsageError("--device " + arguments.device + ": known are cpu and auto");
   std::string error;

@@ -50,18 +50,21 @@ VoxelSampler::distance(const Eigen::Vector3f& position)
 std::optional<float>
 VoxelSampler::distance(const Eigen::Vector3i& cell, const Eigen::Vector3f& within)
 {
+  const VoxelBlock* const home = block(cell);
+  const Eigen::Vector3i in_block(cell.x() & 7, cell.y() & 7, cell.z() & 7);
+  const bool is_inside = in_block.maxCoeff() < block_edge - 1;
   float sum = 0;
   for (int corner = 0; corner < 8; ++corner) {
     const Eigen::Vector3i offset(corner & 1, corner >> 1 & 1, corner >> 2);
     const Eigen::Vector3i voxel = cell + offset;
-    const VoxelBlock* const found = block(voxel);
+    const VoxelBlock* const found = is_inside ? home : block(voxel);
     const int index = indexInBlock(voxel);
     if (!found || found->weight[index] == 0)
       return std::nullopt;
-    const Eigen::Vector3f share =
-        offset.cast<float>().cwiseProduct(2 * within - Eigen::Vector3f::Ones()) +
-        Eigen::Vector3f::Ones() - within;
-    sum += share.prod() * float(found->distance[index]);
+    float share = 1;
+    for (int axis = 0; axis < 3; ++axis)
+      share *= offset[axis] ? within[axis] : 1 - within[axis];
+    sum += share * float(found->distance[index]);
   }
   return sum / distance_scale;
 }

@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#include <bundle_icp/registration/bundle_icp.h>
+#include <bundle_icp/surface/tsdf_raycast.h>
+#include <bundle_icp/tracking/frame_to_model.h>
+
+#include <pcl/exceptions.h>
+
+#include <cmath>
+#include <optional>
+#include <vector>
+
+namespace bundle_icp {
+namespace {
+
+using Cloud = pcl::PointCloud<pcl::PointXYZRGBNormal>;
+
+/** Fewer pixels with depth than this share of the image are no frame. */
+constexpr double MIN_MEASURED = 0.02;
+/** Motion is extrapolated over at most so many intervals of time. */
+constexpr double MAX_EXTRAPOLATION = 3;
+
+/** A frame that was tracked, as far as later ones need it. */
+struct PastFrame {
+  Pose world_from_camera = Pose::Identity();
+  double timestamp = 0; ///< [s]
+};
+
+TrackingOptions
+withThreads(TrackingOptions options)
+{
+  options.volume.num_threads = options.num_threads;
+  options.matching.num_threads = options.num_threads;
+  options.depth.num_threads = options.num_threads;
+  return options;
+}
+
+} // namespace
+
+class FrameToModelTracker::Impl {
+public:
+  Impl(const CameraIntrinsics& camera, const TrackingOptions& options)
+      : camera_(camera), options_(withThreads(options)), volume_(options_.volume)
+  {
+  }
+
+  TrackedFrame
+  track(const RGBDFrame& frame, const Features& features);
+
+  const TSDFVolume&
+  volume() const
+  {
+    return volume_;
+  }
+
+private:
+  VisualCorrespondences
+  matchWithLast(const Features& features) const;
+  std::vector<Pose>
+  guesses(const std::optional<VisualPose>& visual_pose, double timestamp) const;
+  TrackedFrame
+  align(const Cloud::Ptr& source, const Pose& guess) const;
+  void
+  remember(const RGBDFrame& frame, const Features& features,
+           const Pose& world_from_camera);
+
+  const CameraIntrinsics camera_;
+  const TrackingOptions options_;
+  TSDFVolume volume_;
+  std::optional<PastFrame> last_, before_last_; ///< unset: no velocity is known
+  Features last_features_;
+};
+
+TrackedFrame
+FrameToModelTracker::Impl::track(const RGBDFrame& frame, const Features& features)
+{
+  TrackedFrame result;
+  const DepthView view =
+      makeDepthView(frame.depth, camera_, options_.depth_reduction, options_.depth);
+  if (cv::countNonZero(view.depth > 0) < MIN_MEASURED * double(view.depth.total())) {
+    result.reason = "hardly any depth was measured";
+    return result;
+  }
+  if (!last_) {
+    result.is_tracked = true;
+    result.overlap = 1;
+  }
+  else {
+    const VisualCorrespondences visual = matchWithLast(features);
+    const std::optional<VisualPose> visual_pose = estimateVisualPose(visual);
+    const Cloud::Ptr source = toPointCloud(view);
+    for (const Pose& guess : guesses(visual_pose, frame.timestamp)) {
+      const TrackedFrame found = align(source, guess);
+      if (found.overlap >= result.overlap)
+        result = found;
+      if (result.overlap >= options_.min_overlap_to_integrate)
+        break;
+    }
+    result.matches = visual.source.size();
+    result.inliers = visual_pose ? visual_pose->inliers : 0;
+  }
+  if (result.overlap >= options_.min_overlap_to_integrate)
+    volume_.integrate(frame, camera_, result.world_from_camera);
+  if (result.is_tracked)
+    remember(frame, features, result.world_from_camera);
+  else
+    before_last_.reset();
+  return result;
+}
+
+VisualCorrespondences
+FrameToModelTracker::Impl::matchWithLast(const Features& features) const
+{
+  VisualCorrespondences visual;
+  if (features.size() == 0 || last_features_.size() == 0)
+    return visual;
+  const FramePair pair =
+      verifyMatches(last_features_, features,
+                    matchDescriptors(last_features_.descriptors, features.descriptors,
+                                     options_.matching),
+                    camera_, options_.matching);
+  for (const FeatureMatch& match : pair.matches) {
+    visual.source.push_back(pointInCamera(features, match.second, camera_));
+    visual.target.push_back(last_->world_from_camera *
+                            pointInCamera(last_features_, match.first, camera_));
+    visual.weights.push_back(1 / (pointVariance(features, match.second, camera_) +
+                                  pointVariance(last_features_, match.first, camera_)));
+  }
+  return visual;
+}
+
+/** Where the camera may be by now, the likeliest first. Matches only give the start:
+ * held against a single noisy frame, they would pull ICP away from the model. */
+std::vector<Pose>
+FrameToModelTracker::Impl::guesses(const std::optional<VisualPose>& visual_pose,
+                                   double timestamp) const
+{
+  std::vector<Pose> poses;
+  if (visual_pose)
+    poses.push_back(visual_pose->world_from_source);
+  if (before_last_) {
+    const double intervals =
+        (timestamp - last_->timestamp) / (last_->timestamp - before_last_->timestamp);
+    const Pose motion =
+        before_last_->world_from_camera.inverse() * last_->world_from_camera;
+    if (std::abs(intervals) <= MAX_EXTRAPOLATION)
+      poses.push_back(last_->world_from_camera *
+                      increment(intervals * logarithm(motion)));
+  }
+  poses.push_back(last_->world_from_camera);
+  return poses;
+}
+
+TrackedFrame
+FrameToModelTracker::Impl::align(const Cloud::Ptr& source, const Pose& guess) const
+{
+  const CameraIntrinsics camera = camera_.reduced(options_.depth_reduction);
+  const auto render = [&](const Pose& world_from_virtual) {
+    return raycast(volume_, camera, world_from_virtual, options_.num_threads);
+  };
+  BundleICP<pcl::PointXYZRGBNormal, pcl::PointXYZRGBNormal> icp;
+  icp.setNumberOfThreads(options_.num_threads);
+  icp.setDepthNoise(options_.depth.noise);
+  icp.setCameraIntrinsics(camera);
+  icp.setInputSource(source);
+  icp.setInputTarget(render(guess));
+  icp.setVirtualDepthPose(guess);
+  icp.setVirtualDepthRenderer(render);
+  Cloud aligned;
+  icp.align(aligned, guess.matrix().cast<float>());
+  const BundleICPResult& found = icp.getResult();
+  TrackedFrame result;
+  result.world_from_camera = closestPose(icp.getFinalTransformation().cast<double>());
+  result.overlap = found.overlap;
+  result.icp_rmse = found.rmse;
+  result.is_tracked = found.overlap >= options_.min_overlap;
+  if (!result.is_tracked)
+    result.reason = "lost: only " + std::to_string(int(100 * found.overlap)) +
+                    " % of the depth lies on the model";
+  return result;
+}
+
+void
+FrameToModelTracker::Impl::remember(const RGBDFrame& frame, const Features& features,
+                                    const Pose& world_from_camera)
+{
+  before_last_ = last_;
+  last_ = PastFrame{world_from_camera, frame.timestamp};
+  last_features_ = features;
+}
+
+bool
+TrackingOptions::isValid(std::string* error) const
+{
+  std::string reason;
+  if (depth_reduction < 1 || depth_reduction > 8)
+    reason = "depth_reduction must lie in 1 ... 8";
+  else if (!(min_overlap > 0 && min_overlap <= min_overlap_to_integrate &&
+             min_overlap_to_integrate <= 1))
+    reason = "expected 0 < min_overlap <= min_overlap_to_integrate <= 1";
+  else if (num_threads < 0)
+    reason = "num_threads must be >= 0";
+  else
+    volume.isValid(&reason) && matching.isValid(&reason) && depth.isValid(&reason);
+  if (error && !reason.empty())
+    *error = reason;
+  return reason.empty();
+}
+
+FrameToModelTracker::FrameToModelTracker(const CameraIntrinsics& camera,
+                                         const TrackingOptions& options)
+{
+  std::string error;
+  if (!options.isValid(&error) || !camera.isValid(&error))
+    throw pcl::BadArgumentException("FrameToModelTracker: " + error);
+  impl_ = std::make_unique<Impl>(camera, options);
+}
+
+FrameToModelTracker::~FrameToModelTracker() = default;
+
+TrackedFrame
+FrameToModelTracker::track(const RGBDFrame& frame, const Features& features)
+{
+  return impl_->track(frame, features);
+}
+
+const TSDFVolume&
+FrameToModelTracker::volume() const
+{
+  return impl_->volume();
+}
+
+} // namespace bundle_icp
