@@ -15,6 +15,8 @@ constexpr int SCALE = 2; // drawn at twice the size, then reduced
 constexpr int PANEL_WIDTH = 640 * SCALE, PANEL_HEIGHT = 480 * SCALE;
 constexpr int LEFT = 72 * SCALE, RIGHT = 24 * SCALE, TOP = 48 * SCALE,
               BOTTOM = 60 * SCALE;
+constexpr int INSET = 40 * SCALE; ///< from the frame to the first and last step
+constexpr int DODGE = 7 * SCALE; ///< between the series at one step: none hides another
 constexpr int LEGEND_ROW = 22 * SCALE, LEGEND_COLUMNS = 4;
 /** Fewer frames with a pose than this share make the marker hollow. */
 constexpr double NEARLY_ALL = 0.9;
@@ -25,9 +27,9 @@ const cv::Scalar GRID(225, 225, 225), INK(70, 70, 70), WHITE = cv::Scalar::all(2
 cv::Scalar
 colorOf(std::size_t series)
 {
-  static const cv::Scalar colors[] = {{0, 159, 230},   {233, 180, 86}, {115, 158, 0},
-                                      {167, 121, 204}, {178, 114, 0},  {0, 94, 213},
-                                      {66, 228, 240},  {0, 0, 0}};
+  static const cv::Scalar colors[] = {{0, 159, 230},  {233, 180, 86}, {115, 158, 0},
+                                      {0, 94, 213},   {178, 114, 0},  {167, 121, 204},
+                                      {66, 228, 240}, {0, 0, 0}};
   return colors[series % std::size(colors)];
 }
 
@@ -129,7 +131,7 @@ public:
   cv::Point
   at(std::size_t step, double value) const
   {
-    const double left = LEFT + 24 * SCALE, right = PANEL_WIDTH - RIGHT - 24 * SCALE;
+    const double left = LEFT + INSET, right = PANEL_WIDTH - RIGHT - INSET;
     const double across = double(step) / double(std::max<std::size_t>(1, steps_ - 1));
     return {int(std::lround(left + across * (right - left))),
             int(std::lround(PANEL_HEIGHT - BOTTOM -
@@ -142,16 +144,22 @@ public:
   drawSeries(const std::vector<ConditionResult>& conditions, std::size_t series,
              const Value& value) const
   {
-    std::optional<cv::Point> last;
-    for (std::size_t i = 0; i < steps_; ++i) {
-      const std::optional<double> y = value(conditions[i].measurements[series]);
-      if (y && last)
-        cv::line(image_, *last, at(i, *y), colorOf(series), 2 * SCALE, cv::LINE_AA);
-      last = y ? std::optional<cv::Point>(at(i, *y)) : std::nullopt;
+    const double middle = 0.5 * double(conditions.front().measurements.size() - 1);
+    const cv::Point aside(int(DODGE * (double(series) - middle)), 0);
+    std::vector<std::optional<cv::Point>> points;
+    for (const ConditionResult& result : conditions) {
+      const std::optional<double> y = value(result.measurements[series]);
+      points.push_back(y ? std::optional<cv::Point>(at(points.size(), *y) + aside)
+                         : std::nullopt);
     }
+    for (std::size_t i = 1; i < steps_; ++i)
+      if (points[i - 1] && points[i])
+        cv::line(image_, *points[i - 1], *points[i], colorOf(series), 2 * SCALE,
+                 cv::LINE_AA);
     for (std::size_t i = 0; i < steps_; ++i)
-      if (const auto& m = conditions[i].measurements[series]; value(m))
-        drawMarker(image_, at(i, *value(m)), colorOf(series), m.share() >= NEARLY_ALL);
+      if (points[i])
+        drawMarker(image_, *points[i], colorOf(series),
+                   conditions[i].measurements[series].share() >= NEARLY_ALL);
   }
 
 private:

@@ -20,6 +20,16 @@ constexpr double MIN_MEASURED = 0.02;
 /** Motion is extrapolated over at most so many intervals of time. */
 constexpr double MAX_EXTRAPOLATION = 3;
 
+/** How far ICP may leave a pose that features agree on: what matches of two noisy
+ * frames are wrong by at most [m, rad]. */
+constexpr double MAX_CORRECTION = 0.1;
+
+/** Where to start ICP. */
+struct Guess {
+  Pose world_from_camera = Pose::Identity();
+  bool is_visual = false; ///< features agree on it
+};
+
 /** A frame that was tracked, as far as later ones need it. */
 struct PastFrame {
   Pose world_from_camera = Pose::Identity();
@@ -56,8 +66,13 @@ public:
 private:
   VisualCorrespondences
   matchWithLast(const Features& features) const;
-  std::vector<Pose>
+  bool
+  isSure(const TrackedFrame& found, const Guess& guess) const;
+  std::vector<Guess>
   guesses(const std::optional<VisualPose>& visual_pose, double timestamp) const;
+  TrackedFrame
+  findPose(const Cloud::Ptr& source, const Features& features, double timestamp,
+           bool& is_sure) const;
   TrackedFrame
   align(const Cloud::Ptr& source, const Pose& guess) const;
   void
@@ -81,31 +96,55 @@ FrameToModelTracker::Impl::track(const RGBDFrame& frame, const Features& feature
     result.reason = "hardly any depth was measured";
     return result;
   }
-  if (!last_) {
-    result.is_tracked = true;
-    result.overlap = 1;
-  }
-  else {
-    const VisualCorrespondences visual = matchWithLast(features);
-    const std::optional<VisualPose> visual_pose = estimateVisualPose(visual);
-    const Cloud::Ptr source = toPointCloud(view);
-    for (const Pose& guess : guesses(visual_pose, frame.timestamp)) {
-      const TrackedFrame found = align(source, guess);
-      if (found.overlap >= result.overlap)
-        result = found;
-      if (result.overlap >= options_.min_overlap_to_integrate)
-        break;
-    }
-    result.matches = visual.source.size();
-    result.inliers = visual_pose ? visual_pose->inliers : 0;
-  }
-  if (result.overlap >= options_.min_overlap_to_integrate)
+  bool is_sure = !last_;
+  if (is_sure)
+    result.overlap = 1; // the model will be this frame
+  else
+    result = findPose(toPointCloud(view), features, frame.timestamp, is_sure);
+  result.is_tracked = is_sure || result.overlap >= options_.min_overlap;
+  if (is_sure)
     volume_.integrate(frame, camera_, result.world_from_camera);
   if (result.is_tracked)
     remember(frame, features, result.world_from_camera);
-  else
+  else {
     before_last_.reset();
+    result.reason = "lost: only " + std::to_string(int(100 * result.overlap)) +
+                    " % of the depth lies on the model";
+  }
   return result;
+}
+
+/** The first sure pose; else the one of largest overlap. */
+TrackedFrame
+FrameToModelTracker::Impl::findPose(const Cloud::Ptr& source, const Features& features,
+                                    double timestamp, bool& is_sure) const
+{
+  const VisualCorrespondences visual = matchWithLast(features);
+  const std::optional<VisualPose> visual_pose = estimateVisualPose(visual);
+  TrackedFrame best;
+  for (const Guess& guess : guesses(visual_pose, timestamp)) {
+    const TrackedFrame found = align(source, guess.world_from_camera);
+    is_sure = isSure(found, guess);
+    if (is_sure || found.overlap >= best.overlap)
+      best = found;
+    if (is_sure)
+      break;
+  }
+  best.matches = visual.source.size();
+  best.inliers = visual_pose ? visual_pose->inliers : 0;
+  return best;
+}
+
+/** Whether a frame may be added to the model. */
+bool
+FrameToModelTracker::Impl::isSure(const TrackedFrame& found, const Guess& guess) const
+{
+  if (!guess.is_visual)
+    return found.overlap >= options_.min_overlap_to_integrate;
+  const Pose correction = guess.world_from_camera.inverse() * found.world_from_camera;
+  return found.overlap >= options_.min_overlap_with_features &&
+         correction.translation().norm() <= MAX_CORRECTION &&
+         rotationAngle(correction) <= MAX_CORRECTION;
 }
 
 VisualCorrespondences
@@ -131,24 +170,24 @@ FrameToModelTracker::Impl::matchWithLast(const Features& features) const
 
 /** Where the camera may be by now, the likeliest first. Matches only give the start:
  * held against a single noisy frame, they would pull ICP away from the model. */
-std::vector<Pose>
+std::vector<Guess>
 FrameToModelTracker::Impl::guesses(const std::optional<VisualPose>& visual_pose,
                                    double timestamp) const
 {
-  std::vector<Pose> poses;
+  std::vector<Guess> guesses;
   if (visual_pose)
-    poses.push_back(visual_pose->world_from_source);
+    guesses.push_back({visual_pose->world_from_source, true});
   if (before_last_) {
     const double intervals =
         (timestamp - last_->timestamp) / (last_->timestamp - before_last_->timestamp);
     const Pose motion =
         before_last_->world_from_camera.inverse() * last_->world_from_camera;
     if (std::abs(intervals) <= MAX_EXTRAPOLATION)
-      poses.push_back(last_->world_from_camera *
-                      increment(intervals * logarithm(motion)));
+      guesses.push_back(
+          {last_->world_from_camera * increment(intervals * logarithm(motion))});
   }
-  poses.push_back(last_->world_from_camera);
-  return poses;
+  guesses.push_back({last_->world_from_camera});
+  return guesses;
 }
 
 TrackedFrame
@@ -173,10 +212,6 @@ FrameToModelTracker::Impl::align(const Cloud::Ptr& source, const Pose& guess) co
   result.world_from_camera = closestPose(icp.getFinalTransformation().cast<double>());
   result.overlap = found.overlap;
   result.icp_rmse = found.rmse;
-  result.is_tracked = found.overlap >= options_.min_overlap;
-  if (!result.is_tracked)
-    result.reason = "lost: only " + std::to_string(int(100 * found.overlap)) +
-                    " % of the depth lies on the model";
   return result;
 }
 
@@ -198,6 +233,8 @@ TrackingOptions::isValid(std::string* error) const
   else if (!(min_overlap > 0 && min_overlap <= min_overlap_to_integrate &&
              min_overlap_to_integrate <= 1))
     reason = "expected 0 < min_overlap <= min_overlap_to_integrate <= 1";
+  else if (!(min_overlap_with_features > 0 && min_overlap_with_features <= 1))
+    reason = "min_overlap_with_features must lie in (0, 1]";
   else if (num_threads < 0)
     reason = "num_threads must be >= 0";
   else

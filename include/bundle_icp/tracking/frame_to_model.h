@@ -38,6 +38,9 @@ struct BUNDLE_ICP_EXPORT TrackingOptions {
   /** Share from which on a frame is added to the model: a doubtful one would spoil it.
    */
   double min_overlap_to_integrate = 0.6;
+  /** The same, of a pose close to one that matched features agree on: they vouch for
+   * it. */
+  double min_overlap_with_features = 0.3;
   int num_threads = 0; ///< 0 = all; overrides those of the parts
 
   bool
