@@ -23,6 +23,12 @@ constexpr std::pair<ReconstructionMethod, const char*> METHOD_NAMES[] = {
     {ReconstructionMethod::RGBD_SFM, "rgbd_sfm"},
     {ReconstructionMethod::BUNDLE_ICP, "bundle_icp"}};
 
+bool
+isTracking(ReconstructionMethod method)
+{
+  return method == ReconstructionMethod::F2M_ICP || method == ReconstructionMethod::VISUAL_ICP;
+}
+
 /** The mapper's options for a method. */
 MapperOptions
 mapperOptions(const ReconstructionOptions& options, bool ordered_in_time)
@@ -53,6 +59,8 @@ public:
   run();
 
 private:
+  bool
+  prepare();
   bool
   estimatePoses();
   bool
@@ -91,8 +99,7 @@ Reconstruction::timed(const char* name, const Stage& stage)
 ReconstructionResult
 Reconstruction::run()
 {
-  result_.frames = scan_.frames();
-  const bool completed = estimatePoses() &&
+  const bool completed = prepare() && estimatePoses() &&
                          (!options_.make_mesh || result_.component_sizes.empty() ||
                           timed("surface", [this] { return fuseSurface(); }));
   result_.status = !completed                         ? ReconstructionStatus::STOPPED
@@ -107,17 +114,23 @@ Reconstruction::run()
   return std::move(result_);
 }
 
+/** Of the shared stages those that the method needs. */
+bool
+Reconstruction::prepare()
+{
+  const bool completed = options_.method == ReconstructionMethod::F2M_ICP ||
+                         (scan_.needFeatures(progress_, result_.timing_s) &&
+                          (isTracking(options_.method) ||
+                           scan_.needGraph(progress_, result_.timing_s)));
+  result_.frames = scan_.frames();
+  return completed;
+}
+
 bool
 Reconstruction::estimatePoses()
 {
-  const bool needs_features = options_.method != ReconstructionMethod::F2M_ICP;
-  if (needs_features && !scan_.needFeatures(progress_, result_.timing_s))
-    return false;
-  if (options_.method == ReconstructionMethod::F2M_ICP ||
-      options_.method == ReconstructionMethod::VISUAL_ICP)
+  if (isTracking(options_.method))
     return timed("tracking", [this] { return trackFrames(); });
-  if (!scan_.needGraph(progress_, result_.timing_s))
-    return false;
   return timed("registration", [this] { return mapImages(); });
 }
 
