@@ -67,12 +67,11 @@ private:
   VisualCorrespondences
   matchWithLast(const Features& features) const;
   bool
-  isSure(const TrackedFrame& found, const Guess& guess) const;
+  isTrustworthy(const TrackedFrame& found, const Guess& guess) const;
   std::vector<Guess>
   guesses(const std::optional<VisualPose>& visual_pose, double timestamp) const;
   TrackedFrame
-  findPose(const Cloud::Ptr& source, const Features& features, double timestamp,
-           bool& is_sure) const;
+  findPose(const Cloud::Ptr& source, const Features& features, double timestamp) const;
   TrackedFrame
   align(const Cloud::Ptr& source, const Pose& guess) const;
   void
@@ -96,16 +95,16 @@ FrameToModelTracker::Impl::track(const RGBDFrame& frame, const Features& feature
     result.reason = "hardly any depth was measured";
     return result;
   }
-  bool is_sure = !last_;
-  if (is_sure)
+  if (last_)
+    result = findPose(toPointCloud(view), features, frame.timestamp);
+  else {
+    result.is_tracked = true;
     result.overlap = 1; // the model will be this frame
-  else
-    result = findPose(toPointCloud(view), features, frame.timestamp, is_sure);
-  result.is_tracked = is_sure || result.overlap >= options_.min_overlap;
-  if (is_sure)
+  }
+  if (result.is_tracked) {
     volume_.integrate(frame, camera_, result.world_from_camera);
-  if (result.is_tracked)
     remember(frame, features, result.world_from_camera);
+  }
   else {
     before_last_.reset();
     result.reason = "lost: only " + std::to_string(int(100 * result.overlap)) +
@@ -114,20 +113,20 @@ FrameToModelTracker::Impl::track(const RGBDFrame& frame, const Features& feature
   return result;
 }
 
-/** The first sure pose; else the one of largest overlap. */
+/** The first pose that can be trusted; else the one of largest overlap. */
 TrackedFrame
 FrameToModelTracker::Impl::findPose(const Cloud::Ptr& source, const Features& features,
-                                    double timestamp, bool& is_sure) const
+                                    double timestamp) const
 {
   const VisualCorrespondences visual = matchWithLast(features);
   const std::optional<VisualPose> visual_pose = estimateVisualPose(visual);
   TrackedFrame best;
   for (const Guess& guess : guesses(visual_pose, timestamp)) {
-    const TrackedFrame found = align(source, guess.world_from_camera);
-    is_sure = isSure(found, guess);
-    if (is_sure || found.overlap >= best.overlap)
+    TrackedFrame found = align(source, guess.world_from_camera);
+    found.is_tracked = isTrustworthy(found, guess);
+    if (found.is_tracked || found.overlap >= best.overlap)
       best = found;
-    if (is_sure)
+    if (found.is_tracked)
       break;
   }
   best.matches = visual.source.size();
@@ -135,16 +134,16 @@ FrameToModelTracker::Impl::findPose(const Cloud::Ptr& source, const Features& fe
   return best;
 }
 
-/** Whether a frame may be added to the model. */
 bool
-FrameToModelTracker::Impl::isSure(const TrackedFrame& found, const Guess& guess) const
+FrameToModelTracker::Impl::isTrustworthy(const TrackedFrame& found,
+                                         const Guess& guess) const
 {
-  if (!guess.is_visual)
-    return found.overlap >= options_.min_overlap_to_integrate;
   const Pose correction = guess.world_from_camera.inverse() * found.world_from_camera;
-  return found.overlap >= options_.min_overlap_with_features &&
-         correction.translation().norm() <= MAX_CORRECTION &&
-         rotationAngle(correction) <= MAX_CORRECTION;
+  const bool do_features_agree = guess.is_visual &&
+                                 correction.translation().norm() <= MAX_CORRECTION &&
+                                 rotationAngle(correction) <= MAX_CORRECTION;
+  return found.overlap >= (do_features_agree ? options_.min_overlap_with_features
+                                             : options_.min_overlap);
 }
 
 VisualCorrespondences
@@ -230,11 +229,9 @@ TrackingOptions::isValid(std::string* error) const
   std::string reason;
   if (depth_reduction < 1 || depth_reduction > 8)
     reason = "depth_reduction must lie in 1 ... 8";
-  else if (!(min_overlap > 0 && min_overlap <= min_overlap_to_integrate &&
-             min_overlap_to_integrate <= 1))
-    reason = "expected 0 < min_overlap <= min_overlap_to_integrate <= 1";
-  else if (!(min_overlap_with_features > 0 && min_overlap_with_features <= 1))
-    reason = "min_overlap_with_features must lie in (0, 1]";
+  else if (!(min_overlap > 0 && min_overlap <= 1 && min_overlap_with_features > 0 &&
+             min_overlap_with_features <= 1))
+    reason = "min_overlap and min_overlap_with_features must lie in (0, 1]";
   else if (num_threads < 0)
     reason = "num_threads must be >= 0";
   else

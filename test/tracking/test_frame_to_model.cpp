@@ -116,11 +116,9 @@ TEST(FrameToModelTracker, RefusesInvalidOptions)
   EXPECT_CONTAINS(message(options),
                   "FrameToModelTracker: depth_reduction must lie in 1 ... 8");
   options = {};
-  options.min_overlap = 0.7;
-  EXPECT_CONTAINS(message(options), "0 < min_overlap <= min_overlap_to_integrate <= 1");
-  options = {};
-  options.min_overlap_with_features = 0;
-  EXPECT_CONTAINS(message(options), "min_overlap_with_features must lie in (0, 1]");
+  options.min_overlap = 1.1;
+  EXPECT_CONTAINS(message(options),
+                  "min_overlap and min_overlap_with_features must lie");
   options = {};
   options.num_threads = -1;
   EXPECT_CONTAINS(message(options), "num_threads must be >= 0");

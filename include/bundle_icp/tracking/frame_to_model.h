@@ -31,13 +31,10 @@ struct BUNDLE_ICP_EXPORT TrackingOptions {
   /** Frames are aligned at a size reduced by this integer factor; the model gets them
    * whole. */
   int depth_reduction = 2;
-  /** Share of a frame's depth that must lie on the model; with less it is lost. On TUM
-   * freiburg1_xyz right poses have 0.55 and more, nearly all of them 0.65, wrong ones
-   * up to 0.5. */
-  double min_overlap = 0.5;
-  /** Share from which on a frame is added to the model: a doubtful one would spoil it.
-   */
-  double min_overlap_to_integrate = 0.6;
+  /** Share of a frame's depth that must lie on the model; with less it is lost, and not
+   * fused: it would spoil the model. On TUM freiburg1_xyz nearly all right poses have
+   * 0.65 and more, wrong ones up to 0.55. */
+  double min_overlap = 0.6;
   /** The same, of a pose close to one that matched features agree on: they vouch for
    * it. */
   double min_overlap_with_features = 0.3;
