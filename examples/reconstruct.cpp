@@ -10,6 +10,7 @@
 #include <boost/program_options.hpp>
 #include <pcl/exceptions.h>
 
+#include <cmath>
 #include <functional>
 #include <iostream>
 #include <map>

@@ -39,7 +39,8 @@ check(const RGBDDataset& dataset, const ReconstructionOptions& options)
 
 } // namespace
 
-PreparedScan::Impl::Impl(const RGBDDataset& dataset, const ReconstructionOptions& options)
+PreparedScan::Impl::Impl(const RGBDDataset& dataset,
+                         const ReconstructionOptions& options)
     : dataset_(dataset), options_(options), frames_(dataset.size()),
       depth_views_(dataset.camera(), options.depth_reduction,
                    options.mapper.virtual_depth)
@@ -78,7 +79,8 @@ PreparedScan::Impl::needFeatures(const ProgressCallback& progress, Timing& timin
 bool
 PreparedScan::Impl::needGraph(const ProgressCallback& progress, Timing& timing)
 {
-  return runOnce("matching", graph_stage_, timing, [&] { return buildGraph(progress); });
+  return runOnce("matching", graph_stage_, timing,
+                 [&] { return buildGraph(progress); });
 }
 
 bool
@@ -128,7 +130,8 @@ PreparedScan::Impl::features(std::size_t frame) const
   return in_graph ? graph_->features(image_of_frame_[frame]) : nodes_[frame].features;
 }
 
-PreparedScan::PreparedScan(const RGBDDataset& dataset, const ReconstructionOptions& options)
+PreparedScan::PreparedScan(const RGBDDataset& dataset,
+                           const ReconstructionOptions& options)
 {
   check(dataset, options);
   impl_ = std::make_unique<Impl>(dataset, options.withThreads());

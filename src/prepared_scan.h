@@ -15,13 +15,14 @@ class PreparedScan::Impl {
 public:
   Impl(const RGBDDataset& dataset, const ReconstructionOptions& options);
 
-  /** Equation (2): features with depth, and the depth that Bundle ICP will need. Adds the stage's
-   *  time to `timing`, also when it was done before. \return false when it was stopped. */
+  /** Equation (2): features with depth, and the depth that Bundle ICP will need. Adds
+   * the stage's time to `timing`, also when it was done before. \return false when it
+   * was stopped. */
   bool
   needFeatures(const ProgressCallback& progress, Timing& timing);
 
-  /** Equations (3) to (5), after needFeatures(): the readable frames, in an order that follows
-   *  from their content, become nodes. */
+  /** Equations (3) to (5), after needFeatures(): the readable frames, in an order that
+   * follows from their content, become nodes. */
   bool
   needGraph(const ProgressCallback& progress, Timing& timing);
 

@@ -10,13 +10,13 @@
 
 namespace bundle_icp {
 
-/** Takes a frame; `error` says why it cannot be read, its images are empty then. Returns false to
- *  stop. */
-using FrameConsumer =
-    std::function<bool(std::size_t index, const RGBDFrame& frame, const std::string& error)>;
+/** Takes a frame; `error` says why it cannot be read, its images are empty then.
+ * Returns false to stop. */
+using FrameConsumer = std::function<bool(std::size_t index, const RGBDFrame& frame,
+                                         const std::string& error)>;
 
-/** Hands over the frames one after the other; they are decoded ahead by several threads.
- *  \return false when the consumer did. */
+/** Hands over the frames one after the other; they are decoded ahead by several
+ * threads. \return false when the consumer did. */
 bool
 readInOrder(const RGBDDataset& dataset, const std::vector<std::size_t>& indices,
             int num_threads, const FrameConsumer& consume);

@@ -80,7 +80,8 @@ TEST(Raycast, SphereLiesWithinHalfAVoxelOfTheTruth)
 TEST(Raycast, RoomFromWithinHasNoHoles)
 {
   const TSDFVolume volume = fuse(room(), posesAllAround(0.1));
-  const Pose pose = lookAt({-0.05, 0.02, -0.02}, {1, 0, 0}); // a little ahead of one fused
+  const Pose pose =
+      lookAt({-0.05, 0.02, -0.02}, {1, 0, 0}); // a little ahead of one fused
   const auto view = raycast(volume, smallCamera(), pose);
   const RGBDFrame truth = render(room(), pose);
   std::size_t seen = 0;
