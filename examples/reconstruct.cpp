@@ -2,30 +2,28 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 //
 // From a recording to camera poses, a sparse model and a coloured mesh.
-#include "program.h"
+#include "scan_arguments.h"
 
 #include <bundle_icp/io/rgbd_dataset.h>
 #include <bundle_icp/reconstruction.h>
 
-#include <boost/filesystem.hpp>
 #include <boost/program_options.hpp>
 #include <pcl/exceptions.h>
 
-#include <fstream>
+#include <cmath>
 #include <functional>
 #include <iostream>
 #include <map>
 #include <optional>
 #include <sstream>
 
-namespace fs = boost::filesystem;
 namespace po = boost::program_options;
 using namespace bundle_icp;
 
 namespace {
 
 struct Arguments {
-  std::string scan, output, method = "bundle_icp", device = "auto";
+  std::string scan, output, method, device = "auto";
   DatasetOptions dataset;
   ReconstructionOptions reconstruction;
   bool is_quiet = false;
@@ -50,24 +48,6 @@ po::options_description
 describe(Arguments& arguments)
 {
   ReconstructionOptions& options = arguments.reconstruction;
-  DatasetOptions& dataset = arguments.dataset;
-  po::options_description input("Recording");
-  input.add_options()("intrinsics",
-                      po::value<std::string>()->value_name("FX,FY,CX,CY[,K1,K2,P1,P2,K3]"),
-                      "of the recorded images [px], instead of those of the format")(
-      "depth-scale",
-      po::value<double>()->value_name("UNITS"),
-      "units of the depth images per metre; default: that of the format (TUM 5000, 7-Scenes "
-      "and Open3D 1000)")(
-      "stride",
-      po::value(&dataset.stride)->value_name("N")->default_value(1),
-      "take every N-th frame")(
-      "max-frames",
-      po::value(&dataset.max_frames)->value_name("N")->default_value(0),
-      "take at most N frames, 0 = all")(
-      "shuffle",
-      po::value<std::uint64_t>()->value_name("SEED"),
-      "take the frames in random order and make no use of their time stamps");
   po::options_description run("Reconstruction");
   run.add_options()("output,o",
                     po::value(&arguments.output)->value_name("OUT"),
@@ -84,7 +64,9 @@ describe(Arguments& arguments)
       "default: everything")("no-mesh", "poses and sparse model only")(
       "method",
       po::value(&arguments.method)->value_name("NAME")->default_value("bundle_icp"),
-      "how poses are estimated: bundle_icp")(
+      "how poses are estimated: bundle_icp, or one that it is compared with: rgbd_sfm (structure from "
+      "motion with measured depth, no ICP), visual_icp (frame-to-model tracking started from matched "
+      "features), f2m_icp (depth alone, as KinectFusion)")(
       "max-features",
       po::value(&options.features.max_features)
           ->value_name("N")
@@ -96,7 +78,7 @@ describe(Arguments& arguments)
       "where to compute: cpu, or auto, which is the same for now")(
       "quiet,q", po::bool_switch(&arguments.is_quiet), "no progress")("help,h",
                                                                      "print this text");
-  return po::options_description().add(input).add(run);
+  return po::options_description().add(describeRecording(arguments.dataset)).add(run);
 }
 
 void
@@ -121,36 +103,17 @@ applyValues(const po::variables_map& values, Arguments& arguments)
   arguments.reconstruction.make_mesh = !values.count("no-mesh");
   if (values.count("roi"))
     volume.region = parseRegion(values["roi"].as<std::string>());
-  if (values.count("intrinsics")) {
-    try {
-      arguments.dataset.intrinsics = parseIntrinsics(values["intrinsics"].as<std::string>());
-    }
-    catch (const pcl::BadArgumentException& error) {
-      throw UsageError(error.what());
-    }
-  }
-  if (values.count("depth-scale"))
-    arguments.dataset.depth_scale = values["depth-scale"].as<double>();
-  if (values.count("shuffle"))
-    arguments.dataset.shuffle_seed = values["shuffle"].as<std::uint64_t>();
-  if (arguments.method != "bundle_icp")
-    throw UsageError("--method " + arguments.method + ": known is bundle_icp");
+  applyRecording(values, arguments.dataset);
+  const auto method = parseReconstructionMethod(arguments.method);
+  if (!method)
+    throw UsageError("--method " + arguments.method +
+                     ": known are bundle_icp, rgbd_sfm, visual_icp and f2m_icp");
+  arguments.reconstruction.method = *method;
   if (arguments.device != "cpu" && arguments.device != "auto")
     throw UsageError("--device " + arguments.device + ": known are cpu and auto");
   std::string error;
-  if (!arguments.dataset.isValid(&error) || !arguments.reconstruction.isValid(&error))
+  if (!arguments.reconstruction.isValid(&error))
     throw UsageError(error);
-}
-
-/** Boost takes "-1" for an unsigned number and makes it a huge one. */
-void
-refuseNegativeNumbers(const po::parsed_options& parsed)
-{
-  for (const auto& option : parsed.options)
-    for (const char* const name : {"stride", "max-frames"})
-      if (option.string_key == name && !option.value.empty() && option.value[0][0] == '-')
-        throw UsageError(std::string("--") + name + " " + option.value[0] +
-                         ": must not be negative");
 }
 
 /** \return nothing when help was asked for. */
@@ -177,22 +140,6 @@ parse(int argc, char** argv)
     throw UsageError("expected SCAN -o OUT");
   applyValues(values, arguments);
   return arguments;
-}
-
-/** Minutes of work should not end at a folder that cannot be written. */
-void
-checkWritable(const std::string& folder)
-{
-  boost::system::error_code error;
-  fs::create_directories(folder, error);
-  if (error || !fs::is_directory(folder))
-    throw pcl::IOException(folder + ": cannot be made a folder" +
-                           (error ? ": " + error.message() : ""));
-  const fs::path probe = fs::path(folder) / fs::unique_path(".bundle_icp_%%%%%%%%");
-  const bool is_writable = bool(std::ofstream(probe.string()) << ' ' << std::flush);
-  fs::remove(probe, error);
-  if (!is_writable)
-    throw pcl::IOException(folder + ": cannot be written");
 }
 
 /** The reasons of unregistered frames; frames with the same reason share a line, which names

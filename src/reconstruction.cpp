@@ -2,8 +2,8 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include <bundle_icp/reconstruction.h>
 
-#include "common/parallel.h"
-#include "depth_view_store.h"
+#include "prepared_scan.h"
+#include "read_in_order.h"
 
 #include <bundle_icp/surface/tsdf_marching_cubes.h>
 
@@ -17,48 +17,57 @@
 namespace bundle_icp {
 namespace {
 
-/** Frames that are decoded at once before they are fused one after the other. */
-constexpr std::size_t DECODE_AHEAD = 8;
+constexpr std::pair<ReconstructionMethod, const char*> METHOD_NAMES[] = {
+    {ReconstructionMethod::F2M_ICP, "f2m_icp"},
+    {ReconstructionMethod::VISUAL_ICP, "visual_icp"},
+    {ReconstructionMethod::RGBD_SFM, "rgbd_sfm"},
+    {ReconstructionMethod::BUNDLE_ICP, "bundle_icp"}};
 
-/** What is known of a frame before it enters the graph. */
-struct PreparedFrame {
-  ImageNode node;
-  std::string error;          ///< why it cannot be read
-  std::uint64_t content = 0;  ///< hash of what it shows
-};
-
-/** FNV-1a over positions and descriptors: images get an order that follows from their
- *  content, so that a shuffled recording takes the very same path. */
-std::uint64_t
-contentHash(const Features& features)
+bool
+isTracking(ReconstructionMethod method)
 {
-  std::uint64_t hash = 14695981039346656037ull;
-  const auto add = [&hash](const void* data, std::size_t size) {
-    for (std::size_t i = 0; i < size; ++i)
-      hash = (hash ^ static_cast<const std::uint8_t*>(data)[i]) * 1099511628211ull;
-  };
-  add(features.pixels.data(), features.pixels.size() * sizeof(features.pixels[0]));
-  add(features.depths.data(), features.depths.size() * sizeof(features.depths[0]));
-  return hash;
+  return method == ReconstructionMethod::F2M_ICP || method == ReconstructionMethod::VISUAL_ICP;
 }
+
+/** The mapper's options for a method. */
+MapperOptions
+mapperOptions(const ReconstructionOptions& options, bool ordered_in_time)
+{
+  MapperOptions mapper = options.mapper;
+  mapper.ordered_in_time = ordered_in_time;
+  mapper.self_calibration &= options.method == ReconstructionMethod::BUNDLE_ICP;
+  if (options.method == ReconstructionMethod::RGBD_SFM) {
+    mapper.method = ImageRegistrationMethod::PNP;
+    mapper.visual_start = true;
+    mapper.num_dense_neighbours = 0;
+  }
+  return mapper;
+}
+
+} // namespace
 
 /** One run of reconstruct(): its stages in order. */
 class Reconstruction {
 public:
-  Reconstruction(const RGBDDataset& dataset,
+  Reconstruction(PreparedScan& scan,
                  const ReconstructionOptions& options,
-                 const ProgressCallback& progress);
+                 const ProgressCallback& progress)
+  : scan_(*scan.impl_), options_(options.withThreads()), progress_(progress)
+  {
+  }
 
   ReconstructionResult
   run();
 
 private:
-  RGBDFrame
-  readScaled(std::size_t index) const;
   bool
-  prepareFrames();
+  prepare();
   bool
-  buildGraph();
+  estimatePoses();
+  bool
+  trackFrames();
+  bool
+  trackFrame(FrameToModelTracker& tracker, std::size_t index, const RGBDFrame& image);
   bool
   mapImages();
   bool
@@ -71,39 +80,11 @@ private:
   bool
   timed(const char* name, const Stage& stage);
 
-  const RGBDDataset& dataset_;
-  ReconstructionOptions options_;
-  ProgressCallback progress_;
-  std::vector<PreparedFrame> prepared_;
-  std::vector<std::size_t> image_of_frame_;
-  std::shared_ptr<ImageGraph> graph_;
-  DepthViewStore depth_views_;
+  PreparedScan::Impl& scan_;
+  const ReconstructionOptions options_;
+  const ProgressCallback progress_;
   ReconstructionResult result_;
 };
-
-/** One number of threads steers all steps. */
-ReconstructionOptions
-withThreads(ReconstructionOptions options)
-{
-  options.graph.matching.num_threads = options.num_threads;
-  options.graph.retrieval.num_threads = options.num_threads;
-  options.mapper.num_threads = options.num_threads;
-  options.volume.num_threads = options.num_threads;
-  options.mesh.num_threads = options.num_threads;
-  return options;
-}
-
-Reconstruction::Reconstruction(const RGBDDataset& dataset,
-                               const ReconstructionOptions& options,
-                               const ProgressCallback& progress)
-: dataset_(dataset)
-, options_(withThreads(options))
-, progress_(progress)
-, prepared_(dataset.size())
-, depth_views_(dataset.camera(), options.depth_reduction, options.mapper.virtual_depth)
-{
-  options_.mapper.ordered_in_time = dataset.isOrdered();
-}
 
 template <class Stage>
 bool
@@ -119,10 +100,7 @@ Reconstruction::timed(const char* name, const Stage& stage)
 ReconstructionResult
 Reconstruction::run()
 {
-  result_.frames.resize(dataset_.size());
-  const bool completed = timed("features", [this] { return prepareFrames(); }) &&
-                         timed("matching", [this] { return buildGraph(); }) &&
-                         timed("registration", [this] { return mapImages(); }) &&
+  const bool completed = prepare() && estimatePoses() &&
                          (!options_.make_mesh || result_.component_sizes.empty() ||
                           timed("surface", [this] { return fuseSurface(); }));
   result_.status = !completed                         ? ReconstructionStatus::STOPPED
@@ -131,79 +109,89 @@ Reconstruction::run()
   for (FrameReport& frame : result_.frames)
     if (!completed && !frame.registered && frame.reason.empty())
       frame.reason = "the run was stopped before";
-  result_.graph = graph_;
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   result_.peak_memory_bytes = std::size_t(usage.ru_maxrss) * 1024;
   return std::move(result_);
 }
 
-/** A frame with the depth scale that is known from elsewhere. */
-RGBDFrame
-Reconstruction::readScaled(std::size_t index) const
+/** Of the shared stages those that the method needs. */
+bool
+Reconstruction::prepare()
 {
-  RGBDFrame frame = dataset_.read(index);
-  if (options_.mapper.calibration.depth_scale != 1)
-    frame.depth = frame.depth * options_.mapper.calibration.depth_scale;
-  return frame;
+  const bool completed = options_.method == ReconstructionMethod::F2M_ICP ||
+                         (scan_.needFeatures(progress_, result_.timing_s) &&
+                          (isTracking(options_.method) ||
+                           scan_.needGraph(progress_, result_.timing_s)));
+  result_.frames = scan_.frames();
+  return completed;
 }
 
-/** Equation (2): features with depth; and the depth that Bundle ICP will need. */
 bool
-Reconstruction::prepareFrames()
+Reconstruction::estimatePoses()
 {
-  depth_views_.resize(dataset_.size());
-  const LoopProgress report{"features", progress_};
-  return parallelFor(dataset_.size(), options_.num_threads, report, [this](std::size_t i) {
-    FrameReport& frame = result_.frames[i];
-    frame.id = dataset_.id(i);
-    frame.timestamp = dataset_.timestamp(i);
-    frame.name = dataset_.name(i);
-    PreparedFrame& prepared = prepared_[i];
-    try {
-      const RGBDFrame image = readScaled(i);
-      prepared.node.features = extractFeatures(image, dataset_.camera(), options_.features);
-      prepared.node.timestamp = frame.timestamp;
-      prepared.content = contentHash(prepared.node.features);
-      depth_views_.set(i, image.depth);
-    }
-    catch (const pcl::IOException& error) {
-      prepared.error = error.what();
-    }
-  });
+  if (isTracking(options_.method))
+    return timed("tracking", [this] { return trackFrames(); });
+  return timed("registration", [this] { return mapImages(); });
 }
 
-/** Equations (3) to (5): the readable frames, in the order of their content, become nodes. */
+/** Frame after frame in the order given. */
 bool
-Reconstruction::buildGraph()
+Reconstruction::trackFrames()
 {
-  std::vector<std::size_t>& order = result_.frame_of_image;
-  for (std::size_t i = 0; i < prepared_.size(); ++i) {
-    result_.frames[i].reason = prepared_[i].error;
-    if (prepared_[i].error.empty())
-      order.push_back(i);
-  }
-  std::stable_sort(order.begin(), order.end(), [this](std::size_t a, std::size_t b) {
-    return prepared_[a].content < prepared_[b].content;
-  });
-  std::vector<ImageNode> nodes;
-  for (const std::size_t frame : order) {
-    result_.frames[frame].features = prepared_[frame].node.features.size();
-    nodes.push_back(std::move(prepared_[frame].node));
-  }
-  prepared_.clear();
-  graph_ = std::make_shared<ImageGraph>(dataset_.camera(), options_.graph);
-  return graph_->append(std::move(nodes), dataset_.isOrdered(), progress_);
+  FrameToModelTracker tracker(scan_.dataset().camera(), options_.tracking);
+  std::vector<std::size_t> all(result_.frames.size());
+  std::iota(all.begin(), all.end(), 0);
+  std::size_t tracked = 0;
+  const bool completed = readInOrder(
+      scan_.dataset(),
+      all,
+      options_.num_threads,
+      [&](std::size_t index, const RGBDFrame& image, const std::string& error) {
+        result_.frames[index].reason = error;
+        if (error.empty())
+          tracked += trackFrame(tracker, index, image);
+        return !progress_ || progress_({"tracking", index + 1, all.size()});
+      });
+  if (tracked > 1)
+    result_.component_sizes = {tracked};
+  else
+    for (FrameReport& frame : result_.frames)
+      if (std::exchange(frame.registered, false))
+        frame.reason = "no other frame could be aligned with it";
+  return completed;
+}
+
+bool
+Reconstruction::trackFrame(FrameToModelTracker& tracker, std::size_t index, const RGBDFrame& image)
+{
+  FrameReport& frame = result_.frames[index];
+  const bool is_visual = options_.method == ReconstructionMethod::VISUAL_ICP;
+  const TrackedFrame tracked = tracker.track(image, is_visual ? scan_.features(index) : Features());
+  frame.registered = tracked.is_tracked;
+  frame.component = tracked.is_tracked ? 0 : -1;
+  frame.reason = tracked.reason;
+  frame.features = is_visual ? frame.features : 0;
+  frame.matches = tracked.matches;
+  frame.inliers = tracked.inliers;
+  frame.icp_rmse = tracked.icp_rmse;
+  frame.by_geometry = tracked.matches == 0;
+  if (tracked.is_tracked)
+    frame.world_from_camera = frame.world_from_depth = tracked.world_from_camera;
+  return tracked.is_tracked;
 }
 
 bool
 Reconstruction::mapImages()
 {
+  result_.graph = scan_.graph();
+  result_.frame_of_image = scan_.frameOfImage();
   const auto depth_of_image = [this](std::size_t image, const SparseModel& model) {
-    return depth_views_.get(
+    return scan_.depthViews().get(
         result_.frame_of_image[image], model.calibration(), model.depthError(image));
   };
-  IncrementalMapper mapper(*graph_, depth_of_image, options_.mapper);
+  IncrementalMapper mapper(
+      *result_.graph, depth_of_image, mapperOptions(options_, scan_.dataset().isOrdered()));
   const bool completed = mapper.run(result_.model, progress_);
   result_.self_calibration = mapper.selfCalibration();
   chooseWorld();
@@ -216,14 +204,15 @@ void
 Reconstruction::chooseWorld()
 {
   SparseModel& model = result_.model;
+  const ImageGraph& graph = *result_.graph;
   for (int component = 0;; ++component) {
     const std::vector<std::size_t> images = model.registeredImages(component);
     if (images.empty())
       break;
     result_.component_sizes.push_back(images.size());
     const std::size_t first =
-        *std::min_element(images.begin(), images.end(), [this](std::size_t a, std::size_t b) {
-          return graph_->timestamp(a) < graph_->timestamp(b);
+        *std::min_element(images.begin(), images.end(), [&graph](std::size_t a, std::size_t b) {
+          return graph.timestamp(a) < graph.timestamp(b);
         });
     model.transform(component, model.worldFromCamera(first).inverse());
     model.setWorldFromCamera(first, Pose::Identity());
@@ -247,45 +236,45 @@ Reconstruction::reportFrames(const std::vector<ImageRegistration>& registrations
     frame.by_geometry = registration.by_geometry;
     if (frame.registered)
       frame.world_from_camera = result_.model.worldFromCamera(image);
+    frame.world_from_depth = result_.model.worldFromDepth(image);
     frame.depth_error = result_.model.depthError(image);
   }
 }
 
-/** Equation (7): all frames of the largest component, decoded ahead, fused in the order of their
- *  content, which a shuffled recording shares. */
+/** Equation (7): all frames of the largest component, in the order of their content, which a
+ *  shuffled recording shares; those that were tracked in that of their tracking. */
 bool
 Reconstruction::fuseSurface()
 {
-  std::vector<std::size_t> fused; // images
-  for (std::size_t image = 0; image < result_.frame_of_image.size(); ++image)
-    if (result_.model.component(image) == 0)
-      fused.push_back(image);
-  const SparseModel& model = result_.model;
-  const CameraIntrinsics camera = model.calibration().corrected(dataset_.camera());
-  auto volume = std::make_shared<TSDFVolume>(options_.volume);
-  for (std::size_t begin = 0; begin < fused.size(); begin += DECODE_AHEAD) {
-    const std::size_t count = std::min(DECODE_AHEAD, fused.size() - begin);
-    std::vector<RGBDFrame> frames(count);
-    parallelFor(count, options_.num_threads, {}, [&](std::size_t k) {
-      const std::size_t image = fused[begin + k], frame = result_.frame_of_image[image];
-      try {
-        frames[k] = correctedFrame(readScaled(frame),
-                                   dataset_.camera(),
-                                   model.calibration(),
-                                   model.depthError(image),
-                                   model.depthNoise());
-      }
-      catch (const pcl::IOException& error) {
-        // It could be read before: its pose stays, the surface does without it.
-        result_.frames[frame].reason = error.what();
-      }
-    });
-    for (std::size_t k = 0; k < count; ++k)
-      if (!frames[k].depth.empty())
-        volume->integrate(frames[k], camera, model.worldFromDepth(fused[begin + k]));
-    if (progress_ && !progress_({"surface", begin + count, fused.size()}))
-      return false;
+  std::vector<std::size_t> fused = result_.frame_of_image;
+  if (!result_.graph) {
+    fused.resize(result_.frames.size());
+    std::iota(fused.begin(), fused.end(), 0);
   }
+  fused.erase(std::remove_if(fused.begin(),
+                             fused.end(),
+                             [this](std::size_t i) { return result_.frames[i].component != 0; }),
+              fused.end());
+  const Calibration& calibration = result_.model.calibration();
+  const CameraIntrinsics camera = calibration.corrected(scan_.dataset().camera());
+  auto volume = std::make_shared<TSDFVolume>(options_.volume);
+  std::size_t done = 0;
+  const auto fuse = [&](std::size_t index, const RGBDFrame& image, const std::string& error) {
+    FrameReport& frame = result_.frames[index];
+    // One that could be read before keeps its pose; the surface does without it.
+    frame.reason = error;
+    if (error.empty())
+      volume->integrate(correctedFrame(image,
+                                       scan_.dataset().camera(),
+                                       calibration,
+                                       frame.depth_error,
+                                       options_.mapper.virtual_depth.noise),
+                        camera,
+                        frame.world_from_depth);
+    return !progress_ || progress_({"surface", ++done, fused.size()});
+  };
+  if (!readInOrder(scan_.dataset(), fused, options_.num_threads, fuse))
+    return false;
   TSDFMarchingCubes<pcl::PointXYZRGBNormal> cubes;
   cubes.setVolume(volume);
   cubes.setMeshOptions(options_.mesh);
@@ -293,7 +282,23 @@ Reconstruction::fuseSurface()
   return true;
 }
 
-} // namespace
+std::string
+toString(ReconstructionMethod method)
+{
+  for (const auto& [known, name] : METHOD_NAMES)
+    if (known == method)
+      return name;
+  throw pcl::BadArgumentException("toString: no such method");
+}
+
+std::optional<ReconstructionMethod>
+parseReconstructionMethod(const std::string& name)
+{
+  for (const auto& [method, known] : METHOD_NAMES)
+    if (known == name)
+      return method;
+  return std::nullopt;
+}
 
 bool
 ReconstructionOptions::isValid(std::string* error) const
@@ -305,10 +310,23 @@ ReconstructionOptions::isValid(std::string* error) const
     reason = "num_threads must be >= 0";
   else
     features.isValid(&reason) && graph.isValid(&reason) && mapper.isValid(&reason) &&
-        volume.isValid(&reason) && mesh.isValid(&reason);
+        tracking.isValid(&reason) && volume.isValid(&reason) && mesh.isValid(&reason);
   if (error && !reason.empty())
     *error = reason;
   return reason.empty();
+}
+
+ReconstructionOptions
+ReconstructionOptions::withThreads() const
+{
+  ReconstructionOptions options = *this;
+  options.graph.matching.num_threads = num_threads;
+  options.graph.retrieval.num_threads = num_threads;
+  options.mapper.num_threads = num_threads;
+  options.tracking.num_threads = num_threads;
+  options.volume.num_threads = num_threads;
+  options.mesh.num_threads = num_threads;
+  return options;
 }
 
 Trajectory
@@ -325,16 +343,23 @@ ReconstructionResult::trajectory(int component) const
 }
 
 ReconstructionResult
-reconstruct(const RGBDDataset& dataset,
+reconstruct(PreparedScan& scan,
             const ReconstructionOptions& options,
             const ProgressCallback& progress)
 {
   std::string error;
-  if (!options.isValid(&error) || !dataset.camera().isValid(&error))
+  if (!options.isValid(&error))
     throw pcl::BadArgumentException("reconstruct: " + error);
-  if (dataset.size() == 0)
-    throw pcl::BadArgumentException("reconstruct: the dataset has no frames");
-  return Reconstruction(dataset, options, progress).run();
+  return Reconstruction(scan, options, progress).run();
+}
+
+ReconstructionResult
+reconstruct(const RGBDDataset& dataset,
+            const ReconstructionOptions& options,
+            const ProgressCallback& progress)
+{
+  PreparedScan scan(dataset, options);
+  return reconstruct(scan, options, progress);
 }
 
 } // namespace bundle_icp

@@ -60,7 +60,7 @@ toJson(const CameraIntrinsics& camera)
 Json
 toJson(const ReconstructionOptions& options)
 {
-  Json json{{"method", "bundle_icp"},
+  Json json{{"method", toString(options.method)},
             {"max_features", options.features.max_features},
             {"min_matches", options.graph.matching.min_matches},
             {"exhaustive_limit", options.graph.exhaustive_limit},
@@ -161,7 +161,8 @@ writeFiles(const std::string& prefix,
   if (result.component_sizes.empty())
     return;
   writeTrajectory(prefix + "trajectory.txt", result.trajectory());
-  writeSparseModel(prefix + "sparse.ply", *result.graph, result.model);
+  if (result.graph)
+    writeSparseModel(prefix + "sparse.ply", *result.graph, result.model);
   writePreviews(prefix, result);
 }
 

@@ -21,11 +21,13 @@ const std::map<std::string, std::set<std::string>> ALLOWED{
     {"graph", {"common"}},
     {"registration", {"common"}},
     {"surface", {"common"}},
+    {"tracking", {"common", "graph", "registration", "surface"}},
     {"simulation", {"common", "io"}}, // a synthetic scan is a dataset
     {"sparse", {"common", "io", "graph", "registration"}},
     {"evaluation", {"common", "io"}},
     {"reconstruction",
-     {"common", "io", "graph", "registration", "surface", "simulation", "sparse"}}};
+     {"common", "io", "graph", "registration", "surface", "tracking", "simulation",
+      "sparse"}}};
 
 /** Writing meshes and clouds is shared by all steps. */
 bool

@@ -13,6 +13,7 @@
 #include <pcl/exceptions.h>
 
 #include <algorithm>
+#include <map>
 #include <set>
 
 using namespace bundle_icp;
@@ -195,6 +196,57 @@ TEST(Reconstruct, DoesNotDependOnTheOrderOfFrames)
   expectSamePoses(reconstruct(Frames(shuffled), withoutMesh()), reference(), 1e-4);
 }
 
+TEST(Reconstruct, EveryMethodOnTheSamePreparedScan)
+{
+  const Frames frames({0, 1, 2, 3, 4, 5, 6, 8}, {3});
+  PreparedScan scan(frames, withoutMesh());
+  std::map<std::string, std::vector<std::string>> stages;
+  for (const ReconstructionMethod method :
+       {ReconstructionMethod::BUNDLE_ICP, ReconstructionMethod::VISUAL_ICP,
+        ReconstructionMethod::RGBD_SFM, ReconstructionMethod::F2M_ICP}) {
+    const std::string name = toString(method);
+    EXPECT_EQ(parseReconstructionMethod(name), method);
+    ReconstructionOptions options = withoutMesh();
+    options.method = method;
+    const ReconstructionResult result = reconstruct(scan, options);
+    EXPECT_EQ(result.status, ReconstructionStatus::COMPLETED) << name;
+    EXPECT_EQ(result.component_sizes, std::vector<std::size_t>{7}) << name;
+    EXPECT_LT(largestError(result), 0.005) << name;
+    EXPECT_CONTAINS(reportOf(result, 3).reason, "is truncated");
+    EXPECT_FALSE(reportOf(result, 3).registered) << name;
+    for (const auto& [stage, seconds] : result.timing_s) {
+      stages[name].push_back(stage);
+      EXPECT_GT(seconds, 0) << name << ": " << stage;
+    }
+  }
+  const std::vector<std::string> all{"features", "matching", "registration"};
+  EXPECT_EQ(stages["bundle_icp"], all);
+  EXPECT_EQ(stages["rgbd_sfm"], all);
+  EXPECT_EQ(stages["visual_icp"], (std::vector<std::string>{"features", "tracking"}));
+  EXPECT_EQ(stages["f2m_icp"], std::vector<std::string>{"tracking"});
+  EXPECT_FALSE(parseReconstructionMethod("slam"));
+}
+
+TEST(Reconstruct, TrackingMethodsGiveAMeshAndTakeTheGivenOrder)
+{
+  ReconstructionOptions options;
+  options.method = ReconstructionMethod::F2M_ICP;
+  options.volume.voxel_size = 0.02;
+  options.volume.truncation = 0.08;
+  const Frames frames({0, 1, 2, 3});
+  const ReconstructionResult result = reconstruct(frames, options);
+  EXPECT_GT(result.mesh.polygons.size(), 1000u);
+  EXPECT_FALSE(result.graph);
+  const TemporaryFolder folder;
+  writeReconstruction(folder.path("out"), frames, options, result);
+  EXPECT_EQ(readTrajectory(folder.path("out/trajectory.txt")).size(), 4u);
+  EXPECT_CONTAINS(readText(folder.path("out/report.json")), "f2m_icp");
+
+  const ReconstructionResult single = reconstruct(Frames({0, 4}, {4}), options);
+  EXPECT_EQ(single.status, ReconstructionStatus::NOTHING_REGISTERED);
+  EXPECT_CONTAINS(single.frames[0].reason, "no other frame could be aligned with it");
+}
+
 TEST(Reconstruct, SkipsAndNamesFramesThatCannotBeRead)
 {
   const ReconstructionResult result =
@@ -274,6 +326,9 @@ TEST(Reconstruct, RefusesInvalidOptionsAndEmptyDatasets)
   EXPECT_CONTAINS(message(options), "ratio");
   options = {};
   options.mapper.min_overlap = 2;
+  EXPECT_CONTAINS(message(options), "min_overlap");
+  options = {};
+  options.tracking.min_overlap = 0;
   EXPECT_CONTAINS(message(options), "min_overlap");
   options = {};
   options.volume.voxel_size = 0;

@@ -9,22 +9,44 @@
 #include <bundle_icp/sparse/incremental_mapper.h>
 #include <bundle_icp/surface/extract_surface.h>
 #include <bundle_icp/surface/tsdf_volume.h>
+#include <bundle_icp/tracking/frame_to_model.h>
 
 #include <pcl/PolygonMesh.h>
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 namespace bundle_icp {
 
+/** How poses are estimated: the methods that the paper compares (its Table 1). */
+enum class ReconstructionMethod {
+  F2M_ICP,    ///< "f2m_icp": depth alone, tracked against the model, as in KinectFusion
+  VISUAL_ICP, ///< "visual_icp": the same, started from features matched with the frame before
+  RGBD_SFM,   ///< "rgbd_sfm": incremental structure from motion with measured depth: PnP and
+              ///< bundle adjustment, no ICP
+  BUNDLE_ICP  ///< "bundle_icp": the paper's own
+};
+
+/** Name of a method, as above. */
+BUNDLE_ICP_EXPORT std::string
+toString(ReconstructionMethod method);
+
+/** The method of that name, if there is one. */
+BUNDLE_ICP_EXPORT std::optional<ReconstructionMethod>
+parseReconstructionMethod(const std::string& name);
+
 /** How reconstruct() works: the options of its steps. */
 struct BUNDLE_ICP_EXPORT ReconstructionOptions {
+  /** The last two take frames in any order, the first two take the order given for that of time. */
+  ReconstructionMethod method = ReconstructionMethod::BUNDLE_ICP;
   FeatureOptions features;
   ImageGraphOptions graph;
-  MapperOptions mapper;
-  TSDFOptions volume;
+  MapperOptions mapper;     ///< for RGBD_SFM, its method and dense terms are ignored
+  TrackingOptions tracking; ///< of F2M_ICP and VISUAL_ICP
+  TSDFOptions volume;       ///< from which the mesh is made
   MeshOptions mesh;
   /** Bundle ICP works on depth images reduced by this integer factor: 1 is slower and, at
    *  640x480, no more accurate, since the noise of neighbouring depth pixels is correlated. */
@@ -36,6 +58,10 @@ struct BUNDLE_ICP_EXPORT ReconstructionOptions {
 
   bool
   isValid(std::string* error = nullptr) const;
+
+  /** With num_threads handed down to all steps. */
+  ReconstructionOptions
+  withThreads() const;
 };
 
 /** How a reconstruction ended. */
@@ -59,6 +85,7 @@ struct FrameReport {
   double icp_rmse = 0;     ///< distance to the virtual depth [m]
   bool by_geometry = false; ///< registered without visual evidence
   Pose world_from_camera = Pose::Identity();
+  Pose world_from_depth = Pose::Identity();    ///< pose of the camera when the depth was taken
   DepthError depth_error = DepthError::Zero(); ///< shared by all of its depth
 };
 
@@ -68,7 +95,8 @@ struct ReconstructionResult {
   ReconstructionStatus status = ReconstructionStatus::NOTHING_REGISTERED;
   std::vector<FrameReport> frames;         ///< in the order of the dataset
   std::vector<std::size_t> component_sizes; ///< frames in each component
-  std::shared_ptr<const ImageGraph> graph;  ///< images: the readable frames
+  /** Images: the readable frames. F2M_ICP and VISUAL_ICP have neither graph nor model. */
+  std::shared_ptr<const ImageGraph> graph;
   std::vector<std::size_t> frame_of_image;  ///< index into `frames` of each image
   SparseModel model;                        ///< with the calibration
   SelfCalibrationResult self_calibration;   ///< what was tested, and what applied
@@ -81,9 +109,28 @@ struct ReconstructionResult {
   trajectory(int component = 0) const;
 };
 
-/** The whole mission: features, image graph, sparse reconstruction by Bundle ICP, surface.
+/** What different methods share when they reconstruct the same recording: features, image graph
+ *  and prepared depth. Each is made when the first method asks for it; its time counts for every
+ *  method that does. */
+class BUNDLE_ICP_EXPORT PreparedScan {
+public:
+  /** \param dataset has to outlive the scan
+   *  \param options features, graph, depth_reduction, virtual depth and threads count here
+   *  \throws pcl::BadArgumentException for invalid options or an empty dataset. */
+  PreparedScan(const RGBDDataset& dataset, const ReconstructionOptions& options);
+  ~PreparedScan();
+
+private:
+  class Impl;
+  friend class Reconstruction;
+  std::unique_ptr<Impl> impl_;
+};
+
+/** The whole mission: features, image graph, sparse reconstruction by Bundle ICP (or one of the
+ *  methods that it is compared with), surface.
  *
- *  The result does not depend on the number of threads, and not on the order of the frames:
+ *  The result does not depend on the number of threads, and, but for the methods that track, not
+ *  on the order of the frames:
  *  images are treated in an order that follows from their content alone. Where the dataset
  *  isOrdered(), time only suggests which images to compare, and a first guess where there is no
  *  visual evidence. Frames that cannot be read are skipped and named.
@@ -91,6 +138,13 @@ struct ReconstructionResult {
 BUNDLE_ICP_EXPORT ReconstructionResult
 reconstruct(const RGBDDataset& dataset,
             const ReconstructionOptions& options = {},
+            const ProgressCallback& progress = {});
+
+/** The same from a scan that other reconstructions share; of the options, those of the scan's
+ *  preparation are ignored. When preparation was stopped, all that need it are STOPPED. */
+BUNDLE_ICP_EXPORT ReconstructionResult
+reconstruct(PreparedScan& scan,
+            const ReconstructionOptions& options,
             const ProgressCallback& progress = {});
 
 /** Writes `trajectory.txt`, `sparse.ply`, `report.json`, and, when there is a mesh, `mesh.ply`, with PNG

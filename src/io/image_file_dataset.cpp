@@ -71,7 +71,7 @@ public:
                    const DatasetOptions& options)
       : recording_(std::move(recording)), recorded_camera_(recorded_camera),
         camera_(recorded_camera.undistorted()),
-        undistort_depth_(options.undistort_depth), is_ordered_(!options.shuffle_seed),
+        undistort_depth_(options.undistort_depth),
         warps_color_(recording_.is_seven_scenes &&
                      isSevenScenesDepthCamera(recorded_camera))
   {
@@ -113,12 +113,6 @@ public:
   RGBDFrame
   read(std::size_t index) const override;
 
-  bool
-  isOrdered() const override
-  {
-    return is_ordered_;
-  }
-
   std::string
   format() const override
   {
@@ -143,7 +137,7 @@ private:
 
   Recording recording_;
   CameraIntrinsics recorded_camera_, camera_;
-  bool undistort_depth_, is_ordered_, warps_color_;
+  bool undistort_depth_, warps_color_;
   cv::Mat map_, map_fraction_; // fixed-point; empty without distortion
 };
 
@@ -242,7 +236,8 @@ makeImageFileDataset(Recording recording, const std::string& folder,
     recording.intrinsics = options.intrinsics;
     recording.intrinsics_source = "the options";
   }
-  recording.depth_scale = options.depth_scale.value_or(recording.depth_scale);
+  recording.depth_scale =
+      options.depth_scale.value_or(recording.depth_scale) / options.depth_factor;
   if (!recording.intrinsics)
     throw pcl::IOException(folder + ": the camera's intrinsics are unknown (" +
                            recording.format +

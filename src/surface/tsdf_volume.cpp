@@ -5,6 +5,7 @@
 #include "surface/num_threads.h"
 #include "surface/tsdf_volume_impl.h"
 #include "surface/voxel_fusion.h"
+#include "surface/voxel_sampler.h"
 
 #include <pcl/exceptions.h>
 
@@ -211,22 +212,10 @@ TSDFVolume::distance(const Eigen::Vector3f& point) const
     return {};
   const Eigen::Vector3i cell = position.array().floor().cast<int>();
   const Eigen::Vector3f within = (position - cell.cast<double>()).cast<float>();
-  float sum = 0;
-  for (int corner = 0; corner < 8; ++corner) {
-    const Eigen::Vector3i offset(corner & 1, corner >> 1 & 1, corner >> 2);
-    const Eigen::Vector3i voxel = cell + offset;
-    const VoxelBlock* const block =
-        impl_->blocks.find({voxel.x() >> 3, voxel.y() >> 3, voxel.z() >> 3});
-    const int index =
-        (voxel.z() & 7) * block_slab + (voxel.y() & 7) * block_edge + (voxel.x() & 7);
-    if (!block || block->weight[index] == 0)
-      return {};
-    float share = 1;
-    for (int axis = 0; axis < 3; ++axis)
-      share *= offset[axis] ? within[axis] : 1 - within[axis];
-    sum += share * block->distance[index];
-  }
-  return sum * static_cast<float>(impl_->options.truncation / distance_scale);
+  const std::optional<float> distance = VoxelSampler(*impl_).distance(cell, within);
+  if (!distance)
+    return {};
+  return *distance * static_cast<float>(impl_->options.truncation);
 }
 
 } // namespace bundle_icp

@@ -11,6 +11,10 @@
 namespace {
 
 const std::map<std::string, std::vector<std::string>> options_of = {
+    {"benchmark",
+     {"SCAN...", "-o [ --output ]", "--methods", "--ablations", "--keep",
+      "--blur-fraction", "--seed", "--stride", "--max-frames", "--shuffle",
+      "--intrinsics", "--depth-scale", "--threads", "-q [ --quiet ]", "[m]", "[px]"}},
     {"reconstruct",
      {"SCAN", "-o [ --output ]", "--voxel-size", "--truncation", "--roi", "--stride",
       "--max-frames", "--shuffle", "--method", "--max-features", "--threads",

@@ -50,7 +50,7 @@ struct Scan {
   DepthViewProvider
   provider() const
   {
-    return [this](std::size_t image) { return views[image]; };
+    return [this](std::size_t image, const SparseModel&) { return views[image]; };
   }
 };
 

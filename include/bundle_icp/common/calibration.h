@@ -53,7 +53,8 @@ struct BUNDLE_ICP_EXPORT Calibration {
   CalibrationVector values = CalibrationVector::Zero();
   /** Standard deviations; 0 = not estimated. */
   CalibrationVector deviations = CalibrationVector::Zero();
-  /** True depth over measured depth. Never estimated. */
+  /** True depth over measured depth. Never estimated; it is the reader that applies it
+   *  (DatasetOptions::depth_factor). */
   double depth_scale = 1;
 
   double&

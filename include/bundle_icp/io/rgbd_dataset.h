@@ -22,12 +22,13 @@ struct BUNDLE_ICP_EXPORT DatasetOptions {
   /** Units of the depth images per metre, instead of that of the format (TUM 5000,
    * 7-Scenes and Open3D 1000). */
   std::optional<double> depth_scale;
+  /** Depth is multiplied by this: true over measured length (Calibration::depth_scale). */
+  double depth_factor = 1;
   /** Takes every n-th frame, counted over the frames that the recording has. */
   std::size_t stride = 1;
   /** At most so many frames (after the stride); 0 = all. */
   std::size_t max_frames = 0;
-  /** Gives the frames in a random order drawn from this seed, and declares their time
-   * stamps as telling nothing about neighbourhood (isOrdered() == false). */
+  /** Gives the frames in a random order drawn from this seed. They keep their stamps. */
   std::optional<std::uint64_t> shuffle_seed;
   /** Largest time between a colour and a depth image of one frame [s] (TUM layout). */
   double max_time_difference = 0.02;

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+//
+// What the programs that reconstruct scans share: options of the recording, the output
+// folder.
+#pragma once
+
+#include "program.h"
+
+#include <bundle_icp/io/rgbd_dataset.h>
+
+#include <boost/filesystem.hpp>
+#include <boost/program_options.hpp>
+#include <pcl/exceptions.h>
+
+#include <fstream>
+#include <string>
+
+namespace bundle_icp {
+
+inline boost::program_options::options_description
+describeRecording(DatasetOptions& dataset)
+{
+  namespace po = boost::program_options;
+  po::options_description options("Recording");
+  options.add_options()(
+      "intrinsics",
+      po::value<std::string>()->value_name("FX,FY,CX,CY[,K1,K2,P1,P2,K3]"),
+      "of the recorded images [px], instead of those of the format")(
+      "depth-scale", po::value<double>()->value_name("UNITS"),
+      "units of the depth images per metre; default: that of the format (TUM 5000, "
+      "7-Scenes "
+      "and Open3D 1000)")("stride",
+                          po::value(&dataset.stride)->value_name("N")->default_value(1),
+                          "take every N-th frame")(
+      "max-frames", po::value(&dataset.max_frames)->value_name("N")->default_value(0),
+      "take at most N frames, 0 = all")(
+      "shuffle", po::value<std::uint64_t>()->value_name("SEED"),
+      "take the frames in random order: the result is the same, but for methods that track");
+  return options;
+}
+
+/** Boost takes "-1" for an unsigned number and makes it a huge one. */
+inline void
+refuseNegativeNumbers(const boost::program_options::parsed_options& parsed)
+{
+  for (const auto& option : parsed.options)
+    for (const char* const name : {"stride", "max-frames"})
+      if (option.string_key == name && !option.value.empty() &&
+          option.value[0][0] == '-')
+        throw UsageError(std::string("--") + name + " " + option.value[0] +
+                         ": must not be negative");
+}
+
+/** The options of describeRecording() that have no place to be stored in. */
+inline void
+applyRecording(const boost::program_options::variables_map& values,
+               DatasetOptions& dataset)
+{
+  if (values.count("intrinsics")) {
+    try {
+      dataset.intrinsics = parseIntrinsics(values["intrinsics"].as<std::string>());
+    }
+    catch (const pcl::BadArgumentException& error) {
+      throw UsageError(error.what());
+    }
+  }
+  if (values.count("depth-scale"))
+    dataset.depth_scale = values["depth-scale"].as<double>();
+  if (values.count("shuffle"))
+    dataset.shuffle_seed = values["shuffle"].as<std::uint64_t>();
+  std::string error;
+  if (!dataset.isValid(&error))
+    throw UsageError(error);
+}
+
+/** Minutes of work should not end at a folder that cannot be written. */
+inline void
+checkWritable(const std::string& folder)
+{
+  namespace fs = boost::filesystem;
+  boost::system::error_code error;
+  fs::create_directories(folder, error);
+  if (error || !fs::is_directory(folder))
+    throw pcl::IOException(folder + ": cannot be made a folder" +
+                           (error ? ": " + error.message() : ""));
+  const fs::path probe = fs::path(folder) / fs::unique_path(".bundle_icp_%%%%%%%%");
+  const bool is_writable = bool(std::ofstream(probe.string()) << ' ' << std::flush);
+  fs::remove(probe, error);
+  if (!is_writable)
+    throw pcl::IOException(folder + ": cannot be written");
+}
+
+} // namespace bundle_icp
