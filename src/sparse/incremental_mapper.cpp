@@ -15,7 +15,7 @@ namespace bundle_icp {
 namespace {
 
 /** Rounds of adjustment and outlier removal that end a component. */
-constexpr int FINAL_ROUNDS = 3;
+constexpr int FINAL_ROUNDS = 2;
 /** Iterations of the adjustments in between: the model will change again. */
 constexpr int INTERMEDIATE_ITERATIONS = 6;
 /** Images that hold a local adjustment in place. */
