@@ -422,11 +422,6 @@ IncrementalMapper::Impl::adjust(SparseModel& model, int component, int max_itera
   for (std::size_t i = 0; i < graph_.size(); ++i)
     if (!model.isRegistered(i))
       visibility_[i] = model.visibility(graph_, i, component);
-  if (dense && component == calibrated_component_ && !problem.calibrated.empty()) {
-    Calibration calibration = model.calibration();
-    calibration.deviations = calibrationDeviations(graph_, problem, options, model);
-    model.setCalibration(calibration);
-  }
 }
 
 /** Images without visual evidence start from their neighbours in time and let geometry

@@ -172,6 +172,9 @@ SelfCalibration::run(SparseModel& model)
   }
   result.calibrated = problem_.calibrated;
   result.depth_errors = problem_.depth_errors;
+  Calibration calibration = model.calibration();
+  calibration.deviations = calibrationDeviations(graph_, problem_, adjustment_, model);
+  model.setCalibration(calibration);
   return result;
 }
 

@@ -50,8 +50,8 @@ struct SelfCalibrationResult {
 
 /** Finds out which corrections the scan supports: one after the other, that one is added which
  *  best predicts observations that were held back, as long as it does so significantly. Afterwards
- *  the model holds the calibration fitted to the images that took part; adjustBundle()
- *  with the result refines it with all.
+ *  the model holds the calibration fitted to the images that took part, with its deviations;
+ *  adjustBundle() with the result refines it with all images, beyond these deviations.
  *  \param images that may take part; motions of the model must be set
  *  \throws pcl::BadArgumentException for invalid options */
 BUNDLE_ICP_EXPORT SelfCalibrationResult
