@@ -234,6 +234,8 @@ Reconstruction::reportFrames(const std::vector<ImageRegistration>& registrations
     frame.inliers = registration.inliers;
     frame.icp_rmse = registration.icp_rmse;
     frame.by_geometry = registration.by_geometry;
+    frame.position_deviation = registration.position_deviation;
+    frame.rotation_deviation = registration.rotation_deviation;
     if (frame.registered)
       frame.world_from_camera = result_.model.worldFromCamera(image);
     frame.world_from_depth = result_.model.worldFromDepth(image);

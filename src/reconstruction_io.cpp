@@ -41,6 +41,8 @@ toJson(const FrameReport& frame)
   json["matches"] = frame.matches;
   json["inliers"] = frame.inliers;
   json["icp_rmse"] = frame.icp_rmse;
+  json["position_deviation"] = frame.position_deviation;
+  json["rotation_deviation"] = frame.rotation_deviation;
   if (frame.by_geometry)
     json["by_geometry"] = true;
   return json;

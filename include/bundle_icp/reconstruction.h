@@ -84,6 +84,8 @@ struct FrameReport {
   std::size_t inliers = 0; ///< those that agree with the pose
   double icp_rmse = 0;     ///< distance to the virtual depth [m]
   bool by_geometry = false; ///< registered without visual evidence
+  double position_deviation = 0; ///< largest standard deviation in any direction [m]
+  double rotation_deviation = 0; ///< ... about any axis [rad]
   Pose world_from_camera = Pose::Identity();
   Pose world_from_depth = Pose::Identity();    ///< pose of the camera when the depth was taken
   DepthError depth_error = DepthError::Zero(); ///< shared by all of its depth

@@ -10,11 +10,12 @@
 namespace bundle_icp {
 namespace {
 
-/** All neighbours within this time take part, which averages the noise of their poses [s]. */
-constexpr double WINDOW = 0.12;
-/** Beyond the window, the nearest two on either side within this time [s]. */
+/** Hands tremble some ten times a second: at the rate of a video the nearest neighbour on
+ *  either side has to do [s]. */
+constexpr double DENSE_STEP = 0.05;
+/** Where frames are further apart, the nearest two on either side within this time [s]. */
 constexpr double REACH = 0.8;
-constexpr std::size_t MIN_PER_SIDE = 2;
+constexpr std::size_t MAX_PER_SIDE = 2;
 constexpr int DEGREE = 3;
 
 struct Sample {
@@ -62,7 +63,8 @@ estimateMotions(const ImageGraph& graph, int component, SparseModel& model)
       for (int j = k + direction; j >= 0 && j < count; j += direction) {
         const std::size_t other = by_time[std::size_t(j)];
         const double time = graph.timestamp(other) - graph.timestamp(image);
-        if (std::abs(time) > REACH || (std::abs(time) > WINDOW && found >= MIN_PER_SIDE))
+        if (std::abs(time) > REACH || found == MAX_PER_SIDE ||
+            (found > 0 && std::abs(samples.back().time) < DENSE_STEP))
           break;
         samples.push_back(
             {time,

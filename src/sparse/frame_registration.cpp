@@ -5,7 +5,9 @@
 #include "sparse/pnp_pose.h"
 
 #include <algorithm>
+#include <iomanip>
 #include <set>
+#include <sstream>
 
 namespace bundle_icp {
 namespace {
@@ -180,7 +182,17 @@ FrameRegistrar::adjusted(const SparseModel& model,
                                     depth_errors_,
                                     {dense.world_from_camera, model.depthError(image)});
   FrameRegistration registration{pose.world_from_camera, pose.depth_error, report};
-  registration.report.registered = true;
+  registration.report.position_deviation = pose.position_deviation;
+  registration.report.rotation_deviation = pose.rotation_deviation;
+  registration.report.registered = pose.position_deviation <= options_.max_position_deviation &&
+                                   pose.rotation_deviation <= options_.max_rotation_deviation;
+  if (!registration.report.registered) {
+    std::ostringstream reason;
+    reason << "its matches and its depth leave the pose open: +- " << std::setprecision(2)
+           << 100 * pose.position_deviation << " cm along, or +- "
+           << pose.rotation_deviation * 180 / M_PI << " degrees about, some direction";
+    registration.report.reason = reason.str();
+  }
   return registration;
 }
 

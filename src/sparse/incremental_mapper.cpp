@@ -94,6 +94,8 @@ MapperOptions::isValid(std::string* error) const
     reason = "min_overlap must lie in (0, 1]";
   else if (!visual_start && method != ImageRegistrationMethod::BUNDLE_ICP)
     reason = "only the method BUNDLE_ICP can do without visual_start";
+  else if (!(max_position_deviation > 0 && max_rotation_deviation > 0))
+    reason = "max_position_deviation and max_rotation_deviation must be > 0";
   else if (!(shared_depth_sigmas > 0))
     reason = "shared_depth_sigmas must be > 0";
   else if (num_threads < 0)

@@ -6,6 +6,9 @@
 
 #include <Eigen/Dense>
 
+#include <cmath>
+#include <limits>
+
 namespace bundle_icp {
 namespace {
 
@@ -13,30 +16,97 @@ constexpr int MAX_ITERATIONS = 15;
 /** Steps below this [rad, m] end the iteration: far less than any pose is known to. */
 constexpr double STEP_TOLERANCE = 1e-7;
 
-/** Six numbers of the pose, then the three of the depth error. */
-using Matrix9d = Eigen::Matrix<double, 9, 9>;
-using Vector9d = Eigen::Matrix<double, 9, 1>;
+/** Six numbers of the pose, three of the depth error. */
+constexpr int POSE = 0, DEPTH_ERROR = 6, SIZE = 9;
+using Matrix = Eigen::Matrix<double, SIZE, SIZE>;
+using Vector = Eigen::Matrix<double, SIZE, 1>;
 
 struct NormalEquations {
-  Matrix9d hessian = Matrix9d::Zero();
-  Vector9d gradient = Vector9d::Zero();
+  Matrix hessian = Matrix::Zero();
+  Vector gradient = Vector::Zero();
 
   template <int N>
   void
   add(const Eigen::Matrix<double, N, 1>& error,
-      const Eigen::Matrix<double, N, 9>& jacobian,
+      const Eigen::Matrix<double, N, SIZE>& jacobian,
       double weight)
   {
     hessian += weight * jacobian.transpose() * jacobian;
     gradient += weight * jacobian.transpose() * error;
   }
+
+  /** Adds a prior, each number with its own deviation. */
+  void
+  addPrior(int first, const Eigen::VectorXd& error, const Eigen::VectorXd& deviations)
+  {
+    const Eigen::VectorXd weights = deviations.array().square().inverse();
+    hessian.diagonal().segment(first, error.size()) += weights;
+    gradient.segment(first, error.size()) += weights.cwiseProduct(error);
+  }
+
+  /** Keeps numbers where they are. */
+  void
+  hold(int first, int count)
+  {
+    hessian.middleCols(first, count).setZero();
+    hessian.middleRows(first, count).setZero();
+    hessian.diagonal().segment(first, count).setOnes();
+    gradient.segment(first, count).setZero();
+  }
 };
+
+/** Largest standard deviation in any direction, from a 3x3 block of a covariance. */
+double
+largestDeviation(const Eigen::Matrix3d& covariance)
+{
+  const double largest =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance).eigenvalues().maxCoeff();
+  return largest >= 0 ? std::sqrt(largest) : std::numeric_limits<double>::infinity();
+}
 
 /** Weight of the Cauchy loss. */
 double
 robustWeight(double squared_error, double loss_scale)
 {
   return 1 / (1 + squared_error / (loss_scale * loss_scale));
+}
+
+void
+addPixel(const ImageMeasurement& measurement,
+         const Features& features,
+         int feature,
+         const double* const* parameters,
+         const BundleAdjustmentOptions& options,
+         NormalEquations& equations)
+{
+  Eigen::Vector2d residual;
+  Eigen::Matrix<double, 2, 7, Eigen::RowMajor> by_pose;
+  double* jacobians[] = {by_pose.data(), nullptr, nullptr};
+  PixelResidual(measurement, features, feature).Evaluate(parameters, residual.data(), jacobians);
+  Eigen::Matrix<double, 2, SIZE> jacobian = Eigen::Matrix<double, 2, SIZE>::Zero();
+  jacobian.middleCols<6>(POSE) = by_pose.leftCols<6>();
+  equations.add<2>(residual, jacobian, robustWeight(residual.squaredNorm(), options.loss_scale));
+}
+
+void
+addDepth(const ImageMeasurement& measurement,
+         const DepthNoise& noise,
+         const Features& features,
+         int feature,
+         const double* const* parameters,
+         const BundleAdjustmentOptions& options,
+         NormalEquations& equations)
+{
+  Eigen::Matrix<double, 1, 1> residual;
+  Eigen::Matrix<double, 1, 7> by_pose;
+  Eigen::RowVector3d by_error;
+  double* jacobians[] = {by_pose.data(), nullptr, nullptr, by_error.data()};
+  DepthResidual(measurement, noise, features, feature)
+      .Evaluate(parameters, residual.data(), jacobians);
+  Eigen::Matrix<double, 1, SIZE> jacobian = Eigen::Matrix<double, 1, SIZE>::Zero();
+  jacobian.middleCols<6>(POSE) = by_pose.leftCols<6>();
+  jacobian.middleCols<3>(DEPTH_ERROR) = by_error;
+  equations.add<1>(residual, jacobian, robustWeight(residual.squaredNorm(), options.loss_scale));
 }
 
 /** Adds the dense evidence, whose motions are of world_from_camera; those of the block are of its
@@ -71,57 +141,41 @@ adjustPose(const ImageGraph& graph,
   PoseBlock pose(start.world_from_camera);
   DepthError error = start.depth_error;
   const PoseManifold manifold;
+  NormalEquations equations;
   for (int iteration = 0; iteration < MAX_ITERATIONS; ++iteration) {
-    NormalEquations equations;
+    equations = {};
     for (const PointObservation& o : observations) {
-      const double* parameters[] = {pose.values,
-                                    o.point.data(),
-                                    model.calibration().values.data(),
-                                    error.data()};
-      {
-        Eigen::Vector2d residual;
-        Eigen::Matrix<double, 2, 7, Eigen::RowMajor> by_pose;
-        double* jacobians[] = {by_pose.data(), nullptr, nullptr};
-        PixelResidual(measurement, features, o.feature)
-            .Evaluate(parameters, residual.data(), jacobians);
-        Eigen::Matrix<double, 2, 9> jacobian = Eigen::Matrix<double, 2, 9>::Zero();
-        jacobian.leftCols<6>() = by_pose.leftCols<6>();
-        equations.add<2>(
-            residual, jacobian, robustWeight(residual.squaredNorm(), options.loss_scale));
-      }
-      if (options.use_depth && features.hasDepth(o.feature)) {
-        Eigen::Matrix<double, 1, 1> residual;
-        Eigen::Matrix<double, 1, 7> by_pose;
-        Eigen::RowVector3d by_error;
-        double* jacobians[] = {by_pose.data(), nullptr, nullptr, by_error.data()};
-        DepthResidual(measurement, model.depthNoise(), features, o.feature)
-            .Evaluate(parameters, residual.data(), jacobians);
-        Eigen::Matrix<double, 1, 9> jacobian;
-        jacobian << by_pose.leftCols<6>(), by_error;
-        equations.add<1>(
-            residual, jacobian, robustWeight(residual.squaredNorm(), options.loss_scale));
-      }
+      const double* parameters[] = {
+          pose.values, o.point.data(), model.calibration().values.data(), error.data()};
+      addPixel(measurement, features, o.feature, parameters, options, equations);
+      if (options.use_depth && features.hasDepth(o.feature))
+        addDepth(measurement, model.depthNoise(), features, o.feature, parameters, options, equations);
     }
     addDense(dense, pose, equations);
-    Vector9d step = Vector9d::Zero();
-    if (depth_error) {
-      const double weight = 1 / (options.depth_error_deviation * options.depth_error_deviation);
-      equations.hessian.bottomRightCorner<3, 3>().diagonal().array() += weight;
-      equations.gradient.tail<3>() += weight * error;
-      step = -equations.hessian.ldlt().solve(equations.gradient);
-    }
+    if (depth_error)
+      equations.addPrior(
+          DEPTH_ERROR, error, Eigen::Vector3d::Constant(options.depth_error_deviation));
     else
-      step.head<6>() = -equations.hessian.topLeftCorner<6, 6>().ldlt().solve(
-          equations.gradient.head<6>());
+      equations.hold(DEPTH_ERROR, 3);
+    const Vector step = -equations.hessian.ldlt().solve(equations.gradient);
     if (!step.allFinite())
       break;
-    const Vector6d motion = step.head<6>();
-    manifold.Plus(PoseBlock(pose).values, motion.data(), pose.values);
-    error += step.tail<3>();
-    if (motion.norm() < STEP_TOLERANCE)
+    const Vector6d moved = step.segment<6>(POSE);
+    manifold.Plus(PoseBlock(pose).values, moved.data(), pose.values);
+    error += step.segment<3>(DEPTH_ERROR);
+    if (moved.norm() < STEP_TOLERANCE)
       break;
   }
-  return {pose.worldFromCamera(), error};
+  ImagePose result{pose.worldFromCamera(), error};
+  // Position deviates as the translation does, up to a rotation about the world's origin, which a
+  // pivot at the camera removes.
+  Matrix6d pivoted = Matrix6d::Identity();
+  pivoted.block<3, 3>(3, 0) = crossMatrix(result.world_from_camera.inverse().translation());
+  const Matrix inverse = equations.hessian.ldlt().solve(Matrix::Identity());
+  const Matrix6d covariance = pivoted * inverse.topLeftCorner<6, 6>() * pivoted.transpose();
+  result.rotation_deviation = largestDeviation(covariance.topLeftCorner<3, 3>());
+  result.position_deviation = largestDeviation(covariance.bottomRightCorner<3, 3>());
+  return result;
 }
 
 } // namespace bundle_icp

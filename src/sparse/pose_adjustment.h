@@ -26,6 +26,10 @@ struct DensePose {
 struct ImagePose {
   Pose world_from_camera = Pose::Identity();
   DepthError depth_error = DepthError::Zero();
+  /** Largest standard deviation in any direction, given the model: of the camera's position [m]... */
+  double position_deviation = 0;
+  /** ... and of its rotation [rad]. */
+  double rotation_deviation = 0;
 };
 
 /** The pose of one image given the points that it sees: the same residuals and loss as

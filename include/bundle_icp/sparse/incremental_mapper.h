@@ -34,6 +34,11 @@ struct BUNDLE_ICP_EXPORT MapperOptions {
   VirtualDepthOptions virtual_depth;
   /** Visual correspondences that must support the pose of a new image. */
   std::size_t min_visual_inliers = 12;
+  /** An image whose position is known no better than this in some direction is not registered,
+   *  standard deviation [m]. */
+  double max_position_deviation = 0.03;
+  /** Nor one whose rotation is not, about some axis [rad]. */
+  double max_rotation_deviation = 0.03;
   /** Registered neighbours that take part in a virtual depth map: the best covisible ones, so
    *  that the cost per image does not grow with the model. */
   std::size_t max_views = 6;
@@ -73,6 +78,10 @@ struct ImageRegistration {
   std::size_t inliers = 0;       ///< those that agree with the pose
   double icp_rmse = 0;           ///< distance to the virtual depth [m]
   bool by_geometry = false;      ///< without visual evidence
+  /** Largest standard deviation in any direction when it was registered, given the model: of the
+   *  camera's position [m], and of its rotation [rad]. */
+  double position_deviation = 0;
+  double rotation_deviation = 0;
 };
 
 /** Gives the prepared depth of an image, corrected by the model's calibration and the image's

@@ -18,9 +18,9 @@ struct BUNDLE_ICP_EXPORT SelfCalibrationOptions {
   std::size_t min_track_length = 4;
   /** A correction is applied when it lowers the cost of observations that were held back, per image,
    *  by more than this many standard errors of the mean... */
-  double significance = 3;
+  double significance = 4;
   /** ... and by more than this share. */
-  double min_gain = 0.002;
+  double min_gain = 0.005;
   /** Fewer images are too few to tell. */
   std::size_t min_images = 8;
   /** Iterations of each adjustment of the test. */
