@@ -16,6 +16,10 @@ namespace {
 
 using P = CalibrationParameter;
 
+/** Held-back observations have a hold on poses and points that were fitted to them, too: what is left of
+ *  it must be far less than the gains that are compared. */
+constexpr double FUNCTION_TOLERANCE = 1e-7;
+
 std::vector<CalibrationTest>
 candidates()
 {
@@ -84,6 +88,8 @@ public:
     problem_.hold_back = true;
     problem_.min_track_length = options.min_track_length;
     adjustment_.max_iterations = options.max_iterations;
+    adjustment_.function_tolerance =
+        std::min(adjustment_.function_tolerance, FUNCTION_TOLERANCE);
   }
 
   SelfCalibrationResult
