@@ -347,7 +347,7 @@ TEST(WriteReconstruction, WritesAllFilesAndTheReport)
   const TemporaryFolder folder;
   writeReconstruction(folder.path("new/out"), frames, options, result);
   for (const char* file : {"trajectory.txt", "sparse.ply", "mesh.ply", "mesh.png",
-                           "trajectory.png", "report.json"})
+                           "trajectory.png", "calibration.json", "report.json"})
     EXPECT_GT(readText(folder.path("new/out/") + file).size(), 100u) << file;
   EXPECT_GT(result.mesh.polygons.size(), 1000u);
   EXPECT_EQ(readTrajectory(folder.path("new/out/trajectory.txt")).size(), 7u);
