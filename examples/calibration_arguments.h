@@ -31,15 +31,16 @@ parseKnownDistance(const std::string& text)
   std::istringstream stream(text);
   double measured = 0, exact = 0;
   char comma = 0;
-  if (!(stream >> measured >> comma >> exact) || comma != ',' ||
-      stream.peek() != EOF || !(measured > 0 && exact > 0))
+  if (!(stream >> measured >> comma >> exact) || comma != ',' || stream.peek() != EOF ||
+      !(measured > 0 && exact > 0))
     throw UsageError("--known-distance " + text +
                      ": expected MEASURED,TRUE, two lengths above 0 [m]");
   Calibration calibration;
   calibration.scaleDepth(exact / measured);
   if (!calibration.isValid())
-    throw UsageError("--known-distance " + text +
-                     ": the lengths differ by a factor of 2 or more; see --depth-scale");
+    throw UsageError(
+        "--known-distance " + text +
+        ": the lengths differ by a factor of 2 or more; see --depth-scale");
   return exact / measured;
 }
 
@@ -51,7 +52,8 @@ describeCalibration(CalibrationArguments& arguments)
   options.add_options()(
       "calibration", po::value(&arguments.file)->value_name("FILE"),
       "OUT/calibration.json of an earlier scan with this camera: its corrections are "
-      "taken as they are, and only the depth error of each image is estimated; default: "
+      "taken as they are, and only the depth error of each image is estimated; "
+      "default: "
       "corrections that the scan supports are estimated")(
       "known-distance",
       po::value<std::string>()
@@ -60,7 +62,8 @@ describeCalibration(CalibrationArguments& arguments)
             arguments.depth_factor = parseKnownDistance(text);
           }),
       "a length in a reconstruction made with the same calibration, and what it truly "
-      "is [m]: all depth is scaled by TRUE / MEASURED, which no scan can tell; default: "
+      "is [m]: all depth is scaled by TRUE / MEASURED, which no scan can tell; "
+      "default: "
       "depth as recorded")("no-calibration", po::bool_switch(&arguments.is_off),
                            "estimate no corrections");
   return options;

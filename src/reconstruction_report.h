@@ -10,8 +10,7 @@ namespace bundle_icp {
 
 /** The content of `report.json`. */
 nlohmann::ordered_json
-makeReport(const RGBDDataset& dataset,
-           const ReconstructionOptions& options,
+makeReport(const RGBDDataset& dataset, const ReconstructionOptions& options,
            const ReconstructionResult& result);
 
 } // namespace bundle_icp

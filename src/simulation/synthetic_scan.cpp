@@ -27,8 +27,8 @@ struct SyntheticScan::Impl {
     return double(id) / options.frame_rate;
   }
 
-  /** What the colour camera sees of a frame, its rows exposed one after the other, moved by
-   *  `motion`. */
+  /** What the colour camera sees of a frame, its rows exposed one after the other,
+   * moved by `motion`. */
   cv::Mat
   sharpColor(std::size_t id, const Pose& motion = Pose::Identity()) const;
   /** Mean of what the camera sees while it is shaken. */
@@ -71,7 +71,8 @@ SyntheticScan::Impl::sharpColor(std::size_t id, const Pose& motion) const
   for (int y = 0; y < options.height; y += band_height) {
     const cv::Range rows(y, std::min(y + band_height, options.height));
     // With the neighbours of its rows, by which edges are found
-    const cv::Range seen(std::max(rows.start - 1, 0), std::min(rows.end + 1, options.height));
+    const cv::Range seen(std::max(rows.start - 1, 0),
+                         std::min(rows.end + 1, options.height));
     CameraIntrinsics band = true_camera;
     band.height = seen.size();
     band.cy -= seen.start;
@@ -177,7 +178,8 @@ SyntheticScan::read(std::size_t index) const
   else if (options.time_offset != 0 || options.readout != 0)
     frame.color = impl_->sharpColor(number);
   else // the same view
-    frame.color = simulation::renderColor(impl_->scene, impl_->true_camera, depth_pose, geometry);
+    frame.color =
+        simulation::renderColor(impl_->scene, impl_->true_camera, depth_pose, geometry);
   cv::Mat reflection;
   if (options.hole_fraction > 0)
     reflection = impl_->reflection(frame.color, depth_pose, geometry);

@@ -115,7 +115,8 @@ TEST_F(ReconstructCalibration, IsFoundReportedAndUsedAgain)
   const Trajectory second = trajectory();
   ASSERT_EQ(second.size(), first.size());
   for (std::size_t i = 0; i < first.size(); ++i)
-    EXPECT_TRUE(second[i].world_from_camera.isApprox(first[i].world_from_camera, 5e-4)) << i;
+    EXPECT_TRUE(second[i].world_from_camera.isApprox(first[i].world_from_camera, 5e-4))
+        << i;
 
   run({"--calibration", file, "--no-calibration", "--max-frames", "9"});
   EXPECT_EQ(calibration()["parameters"]["focal_x"]["value"], focal["value"]);
@@ -136,8 +137,7 @@ TEST_F(ReconstructCalibration, AKnownDistanceScalesTheTrajectory)
   simulate("7"); // too few to estimate anything
   run();
   const double before = extent(trajectory());
-  EXPECT_CONTAINS(run({"--known-distance", "1,1.05"}),
-                  "calibration: depth_scale 1.05");
+  EXPECT_CONTAINS(run({"--known-distance", "1,1.05"}), "calibration: depth_scale 1.05");
   EXPECT_NEAR(extent(trajectory()), 1.05 * before, 2e-3 * before);
   EXPECT_EQ(calibration()["depth_scale"]["value"], 1.05);
   EXPECT_CONTAINS(calibration()["depth_scale"]["remark"].get<std::string>(),
@@ -184,9 +184,11 @@ TEST_F(ReconstructCalibration, RefusesBadFiles)
 
 TEST_F(ReconstructCalibration, RefusesWrongUsage)
 {
-  for (const char* const bad : {"1", "1,", "1;2", "1,2,3", "0,1", "1,-1", "1,nan", "a,b"})
+  for (const char* const bad :
+       {"1", "1,", "1;2", "1,2,3", "0,1", "1,-1", "1,nan", "a,b"})
     EXPECT_CONTAINS(failure({"--known-distance", bad}, 2),
-                    std::string("--known-distance ") + bad + ": expected MEASURED,TRUE");
+                    std::string("--known-distance ") + bad +
+                        ": expected MEASURED,TRUE");
   EXPECT_CONTAINS(failure({"--known-distance", "1,3"}, 2), "differ by a factor of 2");
   EXPECT_CONTAINS(failure({"--calibration", file, "--method", "f2m_icp"}, 2),
                   "--calibration: only the method bundle_icp");

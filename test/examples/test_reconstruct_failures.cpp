@@ -14,10 +14,9 @@ namespace fs = boost::filesystem;
 
 namespace {
 
-const std::set<std::string> earlier = {"trajectory.txt", "sparse.ply",
-                                       "mesh.ply",       "report.json",
-                                       "mesh.png",       "trajectory.png",
-                                       "calibration.json"};
+const std::set<std::string> earlier = {
+    "trajectory.txt", "sparse.ply",     "mesh.ply",        "report.json",
+    "mesh.png",       "trajectory.png", "calibration.json"};
 
 class ReconstructFailure : public ReconstructProgram {
 protected:

@@ -108,9 +108,10 @@ TEST_F(CalibrationFile, RefusesFilesThatAreNone)
 
 TEST_F(CalibrationFile, RefusesBadParameters)
 {
-  EXPECT_CONTAINS(
-      errorAfter([](auto& json) { json["parameters"]["zoom"] = {{"value", 1}}; }),
-      "c.json: 'zoom' is not a parameter");
+  EXPECT_CONTAINS(errorAfter([](auto& json) {
+                    json["parameters"]["zoom"] = {{"value", 1}};
+                  }),
+                  "c.json: 'zoom' is not a parameter");
   EXPECT_CONTAINS(
       errorAfter([](auto& json) { json["parameters"]["focal_x"]["value"] = "2 %"; }),
       "c.json: focal_x: value is not a number");

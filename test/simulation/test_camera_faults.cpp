@@ -165,7 +165,8 @@ TEST(CameraFaults, RollingShutterShowsEachRowAtItsTime)
   const RGBDFrame frame = scan.read(1), exact = scan.readExact(1);
   EXPECT_TRUE(areSame(frame.depth, exact.depth));
   const auto difference = [&frame](const cv::Mat& color, int y) {
-    return cv::norm(frame.color.rowRange(y, y + 4), color.rowRange(y, y + 4), cv::NORM_L1) /
+    return cv::norm(frame.color.rowRange(y, y + 4), color.rowRange(y, y + 4),
+                    cv::NORM_L1) /
            (4 * 160 * 3);
   };
   for (const int y : {0, 20, 40, 80, 116}) {
