@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 //
 // From a recording to camera poses, a sparse model and a coloured mesh.
+#include "calibration_arguments.h"
 #include "scan_arguments.h"
 
 #include <bundle_icp/io/rgbd_dataset.h>
@@ -10,8 +11,10 @@
 #include <boost/program_options.hpp>
 #include <pcl/exceptions.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
+#include <iomanip>
 #include <iostream>
 #include <map>
 #include <optional>
@@ -25,6 +28,7 @@ namespace {
 struct Arguments {
   std::string scan, output, method, device = "auto";
   DatasetOptions dataset;
+  CalibrationArguments calibration;
   ReconstructionOptions reconstruction;
   bool is_quiet = false;
 };
@@ -78,7 +82,10 @@ describe(Arguments& arguments)
       "where to compute: cpu, or auto, which is the same for now")(
       "quiet,q", po::bool_switch(&arguments.is_quiet), "no progress")("help,h",
                                                                      "print this text");
-  return po::options_description().add(describeRecording(arguments.dataset)).add(run);
+  return po::options_description()
+      .add(describeRecording(arguments.dataset))
+      .add(describeCalibration(arguments.calibration))
+      .add(run);
 }
 
 void
@@ -88,7 +95,8 @@ printHelp(const po::options_description& visible)
       << "Usage: bundle_icp_reconstruct SCAN -o OUT [options]\n\n"
          "Turns a recording of a hand-held RGB-D camera into OUT/trajectory.txt (camera poses, TUM\n"
          "format, metres), OUT/sparse.ply (points), OUT/mesh.ply (coloured surface), OUT/report.json\n"
-         "(what became of each frame) and the pictures OUT/mesh.png and OUT/trajectory.png.\n"
+         "(what became of each frame), OUT/calibration.json (corrections to the camera) and the pictures\n"
+         "OUT/mesh.png and OUT/trajectory.png.\n"
          "SCAN is a folder in the layout of TUM RGB-D, 7-Scenes or 3DMatch, or Open3D. The world\n"
          "frame is the camera frame of the earliest registered frame: x right, y down, z forward.\n"
       << visible;
@@ -109,6 +117,8 @@ applyValues(const po::variables_map& values, Arguments& arguments)
     throw UsageError("--method " + arguments.method +
                      ": known are bundle_icp, rgbd_sfm, visual_icp and f2m_icp");
   arguments.reconstruction.method = *method;
+  if (!arguments.calibration.file.empty() && *method != ReconstructionMethod::BUNDLE_ICP)
+    throw UsageError("--calibration: only the method bundle_icp applies it");
   if (arguments.device != "cpu" && arguments.device != "auto")
     throw UsageError("--device " + arguments.device + ": known are cpu and auto");
   std::string error;
@@ -161,6 +171,31 @@ printReasons(const ReconstructionResult& result, std::size_t max_names)
   }
 }
 
+/** Each correction that was applied: "readout 0.0233 +- 0.0002 s". */
+void
+printCorrections(const ReconstructionResult& result)
+{
+  const Calibration& calibration = result.model.calibration();
+  for (int i = 0; i < NUM_CALIBRATION_PARAMETERS; ++i) {
+    const double value = calibration.values[i], deviation = calibration.deviations[i];
+    if (value == 0)
+      continue;
+    std::ostringstream text;
+    text << calibrationName(CalibrationParameter(i)) << " ";
+    if (deviation > 0)
+      text << std::fixed << std::setprecision(std::max(0, int(-std::floor(std::log10(deviation)))))
+           << value << " +- " << deviation;
+    else
+      text << value;
+    const std::string unit = calibrationUnit(CalibrationParameter(i));
+    std::cerr << "calibration: " << text.str() << (unit == "1" ? "" : " " + unit) << "\n";
+  }
+  if (calibration.depth_scale != 1)
+    std::cerr << "calibration: depth_scale " << calibration.depth_scale << "\n";
+  if (result.self_calibration.depth_errors)
+    std::cerr << "calibration: depth error of each image\n";
+}
+
 void
 printSummary(const Arguments& arguments, const RGBDDataset& dataset, const ReconstructionResult& result)
 {
@@ -169,6 +204,7 @@ printSummary(const Arguments& arguments, const RGBDDataset& dataset, const Recon
               << "partner, for example " << dataset.skipped().front().file << ": "
               << dataset.skipped().front().reason << "\n";
   printReasons(result, 3);
+  printCorrections(result);
   std::cout << result.component_sizes.front() << " of " << result.frames.size()
             << " frames have a pose in one world";
   for (std::size_t c = 1; c < result.component_sizes.size(); ++c)
@@ -187,10 +223,13 @@ printSummary(const Arguments& arguments, const RGBDDataset& dataset, const Recon
 int
 runReconstruction(int argc, char** argv)
 {
-  const std::optional<Arguments> arguments = parse(argc, argv);
+  std::optional<Arguments> arguments = parse(argc, argv);
   if (!arguments)
     return 0;
-  const RGBDDataset::Ptr dataset = openDataset(arguments->scan, arguments->dataset);
+  const RGBDDataset::Ptr dataset = openCalibrated(arguments->scan,
+                                                  arguments->dataset,
+                                                  arguments->calibration,
+                                                  arguments->reconstruction.mapper);
   checkWritable(arguments->output);
   ReconstructionResult result;
   {

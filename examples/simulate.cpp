@@ -96,6 +96,10 @@ describeFaults(Arguments& arguments)
       "relative error of the focal length in intrinsics.txt; default 0")(
       "time-offset", faultOf(scan.time_offset, "S"),
       "depth is taken this much after colour [s]; default 0")(
+      "readout", faultOf(scan.readout, "S"),
+      "rolling shutter of colour: time from the first to the last row, the middle row "
+      "at "
+      "the stamp [s], -0.1 to 0.1; default 0")(
       "unordered", po::bool_switch(&scan.unordered),
       "frames in random order, with stamps that tell nothing");
   return options;

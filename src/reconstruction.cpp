@@ -139,6 +139,12 @@ Reconstruction::estimatePoses()
 bool
 Reconstruction::trackFrames()
 {
+  // Trackers take depth and camera as they come: of a calibration only the scale counts, which the
+  // reader applied.
+  Calibration calibration;
+  calibration.depth_scale = options_.mapper.calibration.depth_scale;
+  calibration.depth_scale_origin = options_.mapper.calibration.depth_scale_origin;
+  result_.model.setCalibration(calibration);
   FrameToModelTracker tracker(scan_.dataset().camera(), options_.tracking);
   std::vector<std::size_t> all(result_.frames.size());
   std::iota(all.begin(), all.end(), 0);

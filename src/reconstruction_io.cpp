@@ -3,12 +3,13 @@
 #include <bundle_icp/reconstruction.h>
 
 #include "io/text_file.h"
+#include "reconstruction_report.h"
 
 #include <bundle_icp/io/atomic_file.h>
+#include <bundle_icp/io/calibration_io.h>
 #include <bundle_icp/io/mesh_io.h>
 #include <bundle_icp/sparse/sparse_model_io.h>
 #include <bundle_icp/surface/preview.h>
-#include <bundle_icp/version.h>
 
 #include <boost/algorithm/string/replace.hpp>
 #include <boost/filesystem.hpp>
@@ -23,85 +24,6 @@ namespace bundle_icp {
 namespace fs = boost::filesystem;
 
 namespace {
-
-using Json = nlohmann::ordered_json;
-
-Json
-toJson(const FrameReport& frame)
-{
-  Json json{{"id", frame.id},
-            {"timestamp", frame.timestamp},
-            {"name", frame.name},
-            {"registered", frame.registered}};
-  if (frame.registered)
-    json["component"] = frame.component;
-  if (!frame.reason.empty())
-    json["reason"] = frame.reason;
-  json["features"] = frame.features;
-  json["matches"] = frame.matches;
-  json["inliers"] = frame.inliers;
-  json["icp_rmse"] = frame.icp_rmse;
-  json["position_deviation"] = frame.position_deviation;
-  json["rotation_deviation"] = frame.rotation_deviation;
-  if (frame.by_geometry)
-    json["by_geometry"] = true;
-  return json;
-}
-
-Json
-toJson(const CameraIntrinsics& camera)
-{
-  return {{"width", camera.width},
-          {"height", camera.height},
-          {"fx", camera.fx},
-          {"fy", camera.fy},
-          {"cx", camera.cx},
-          {"cy", camera.cy}};
-}
-
-Json
-toJson(const ReconstructionOptions& options)
-{
-  Json json{{"method", toString(options.method)},
-            {"max_features", options.features.max_features},
-            {"min_matches", options.graph.matching.min_matches},
-            {"exhaustive_limit", options.graph.exhaustive_limit},
-            {"depth_reduction", options.depth_reduction},
-            {"threads", options.num_threads},
-            {"mesh", options.make_mesh},
-            {"voxel_size", options.volume.voxel_size},
-            {"truncation", options.volume.truncation}};
-  if (options.volume.region) {
-    const Eigen::Vector3d low = options.volume.region->min(), high = options.volume.region->max();
-    json["roi"] = {low.x(), low.y(), low.z(), high.x(), high.y(), high.z()};
-  }
-  return json;
-}
-
-Json
-makeReport(const RGBDDataset& dataset,
-           const ReconstructionOptions& options,
-           const ReconstructionResult& result)
-{
-  Json report{{"version", BUNDLE_ICP_VERSION},
-              {"dataset", {{"format", dataset.format()}, {"frames", dataset.size()}}}};
-  report["frames"] = Json::array();
-  for (const FrameReport& frame : result.frames)
-    report["frames"].push_back(toJson(frame));
-  report["skipped_files"] = Json::array();
-  for (const SkippedFile& skipped : dataset.skipped())
-    report["skipped_files"].push_back({{"file", skipped.file}, {"reason", skipped.reason}});
-  report["components"] = Json::array();
-  for (std::size_t c = 0; c < result.component_sizes.size(); ++c)
-    report["components"].push_back({{"component", c}, {"frames", result.component_sizes[c]}});
-  for (const auto& [stage, seconds] : result.timing_s)
-    report["timing_s"][stage] = seconds;
-  report["peak_memory_bytes"] = result.peak_memory_bytes;
-  // Nothing is estimated: what the poses were computed with.
-  report["calibration"] = {{"estimated", false}, {"camera", toJson(dataset.camera())}};
-  report["options"] = toJson(options);
-  return report;
-}
 
 void
 writeText(const std::string& path, const std::string& text)
@@ -162,6 +84,7 @@ writeFiles(const std::string& prefix,
   writeText(prefix + "report.json", makeReport(dataset, options, result).dump(2) + "\n");
   if (result.component_sizes.empty())
     return;
+  writeCalibration(prefix + "calibration.json", result.model.calibration(), dataset.camera());
   writeTrajectory(prefix + "trajectory.txt", result.trajectory());
   if (result.graph)
     writeSparseModel(prefix + "sparse.ply", *result.graph, result.model);

@@ -343,11 +343,12 @@ TEST(WriteReconstruction, WritesAllFilesAndTheReport)
   ReconstructionOptions options;
   options.volume.voxel_size = 0.02;
   options.volume.truncation = 0.08;
-  const ReconstructionResult result = reconstruct(frames, options);
+  ReconstructionResult result = reconstruct(frames, options);
+  result.frames[1].depth_error << 0.5, -1, 2;
   const TemporaryFolder folder;
   writeReconstruction(folder.path("new/out"), frames, options, result);
   for (const char* file : {"trajectory.txt", "sparse.ply", "mesh.ply", "mesh.png",
-                           "trajectory.png", "report.json"})
+                           "trajectory.png", "calibration.json", "report.json"})
     EXPECT_GT(readText(folder.path("new/out/") + file).size(), 100u) << file;
   EXPECT_GT(result.mesh.polygons.size(), 1000u);
   EXPECT_EQ(readTrajectory(folder.path("new/out/trajectory.txt")).size(), 7u);
@@ -365,6 +366,8 @@ TEST(WriteReconstruction, WritesAllFilesAndTheReport)
     EXPECT_EQ(frame["registered"].get<bool>(), frame["id"] != 8);
     EXPECT_EQ(frame.contains("reason"), frame["id"] == 8);
   }
+  EXPECT_EQ(report["frames"][1]["depth_error"], nlohmann::json({0.5, -1, 2}));
+  EXPECT_FALSE(report["frames"][0].contains("depth_error"));
   EXPECT_EQ(report["components"][0]["frames"], 7);
   for (const char* stage : {"features", "matching", "registration", "surface"})
     EXPECT_TRUE(report["timing_s"].contains(stage)) << stage;

@@ -35,7 +35,11 @@ ablations()
       {"no global adjustment", "bundle_icp adjusted around each new image only",
        [](Options& o) { o.mapper.global_adjustment = false; }},
       {"no dense terms", "bundle_icp whose global adjustment sees features only",
-       [](Options& o) { o.mapper.num_dense_neighbours = 0; }}};
+       [](Options& o) { o.mapper.num_dense_neighbours = 0; }},
+      {"no self-calibration", "bundle_icp with camera and depth as they come",
+       [](Options& o) { o.mapper.self_calibration = false; }},
+      {"no depth error of each image", "bundle_icp that corrects the camera only",
+       [](Options& o) { o.mapper.calibration_test.depth_errors = false; }}};
   return variants;
 }
 

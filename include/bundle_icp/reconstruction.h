@@ -149,9 +149,10 @@ reconstruct(PreparedScan& scan,
             const ReconstructionOptions& options,
             const ProgressCallback& progress = {});
 
-/** Writes `trajectory.txt`, `sparse.ply`, `report.json`, and, when there is a mesh, `mesh.ply`, with PNG
- *  previews of mesh and trajectory, into a folder, which is made if needed. All are written
- *  before the first takes the place of an earlier one: on failure the folder stays as it was.
+/** Writes `trajectory.txt`, `sparse.ply`, `calibration.json`, `report.json`, and, when there is a mesh,
+ *  `mesh.ply`, with PNG previews of mesh and trajectory, into a folder, which is made if needed. All
+ *  are written before the first takes the place of an earlier one: on failure the folder stays as it
+ *  was.
  *  \throws pcl::IOException naming the file and the reason. */
 BUNDLE_ICP_EXPORT void
 writeReconstruction(const std::string& folder,

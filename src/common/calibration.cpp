@@ -69,6 +69,24 @@ calibrationName(CalibrationParameter parameter)
   return names[std::size_t(parameter)];
 }
 
+const char*
+calibrationUnit(CalibrationParameter parameter)
+{
+  static const std::array<const char*, NUM_CALIBRATION_PARAMETERS> units{
+      "1", "1", "px", "px", "1", "1", "1/m", "1", "1", "px", "px", "s", "s"};
+  return units[std::size_t(parameter)];
+}
+
+void
+Calibration::scaleDepth(double factor)
+{
+  depth_scale *= factor;
+  depth_scale_origin = DepthScaleOrigin::KNOWN_DISTANCE;
+  // The same share at what is now another depth
+  (*this)[P::DEPTH_BIAS] /= factor;
+  deviations[int(P::DEPTH_BIAS)] /= factor;
+}
+
 CameraIntrinsics
 Calibration::corrected(const CameraIntrinsics& camera) const
 {

@@ -27,6 +27,10 @@ struct SyntheticScan::Impl {
     return double(id) / options.frame_rate;
   }
 
+  /** What the colour camera sees of a frame, its rows exposed one after the other,
+   * moved by `motion`. */
+  cv::Mat
+  sharpColor(std::size_t id, const Pose& motion = Pose::Identity()) const;
   /** Mean of what the camera sees while it is shaken. */
   cv::Mat
   blurredColor(std::size_t id) const;
@@ -59,15 +63,37 @@ SyntheticScan::Impl::Impl(const SyntheticScanOptions& scan_options)
 }
 
 cv::Mat
+SyntheticScan::Impl::sharpColor(std::size_t id, const Pose& motion) const
+{
+  // Bands of so few rows that the camera moves by a fraction of a pixel
+  const int band_height = options.readout == 0 ? options.height : 4;
+  cv::Mat color(options.height, options.width, CV_8UC3);
+  for (int y = 0; y < options.height; y += band_height) {
+    const cv::Range rows(y, std::min(y + band_height, options.height));
+    // With the neighbours of its rows, by which edges are found
+    const cv::Range seen(std::max(rows.start - 1, 0),
+                         std::min(rows.end + 1, options.height));
+    CameraIntrinsics band = true_camera;
+    band.height = seen.size();
+    band.cy -= seen.start;
+    const double row = 0.5 * (rows.start + rows.end - 1);
+    const double delay = options.readout * ((row + 0.5) / options.height - 0.5);
+    const Pose pose = path.at(timeOf(id) + delay) * motion;
+    const GeometryImage geometry = simulation::renderGeometry(scene, band, pose);
+    simulation::renderColor(scene, band, pose, geometry)
+        .rowRange(rows.start - seen.start, rows.end - seen.start)
+        .copyTo(color.rowRange(rows));
+  }
+  return color;
+}
+
+cv::Mat
 SyntheticScan::Impl::blurredColor(std::size_t id) const
 {
   const std::vector<Pose> shake = simulation::drawShake(options, id);
   cv::Mat sum(options.height, options.width, CV_32FC3, cv::Scalar::all(0)), color;
   for (const Pose& motion : shake) {
-    const Pose pose = path.at(timeOf(id)) * motion;
-    const GeometryImage geometry = simulation::renderGeometry(scene, true_camera, pose);
-    simulation::renderColor(scene, true_camera, pose, geometry)
-        .convertTo(color, CV_32F);
+    sharpColor(id, motion).convertTo(color, CV_32F);
     sum += color;
   }
   sum.convertTo(color, CV_8UC3, 1.0 / double(shake.size()));
@@ -141,19 +167,19 @@ SyntheticScan::read(std::size_t index) const
   const SyntheticScanOptions& options = impl_->options;
   const std::size_t number = impl_->order.at(index);
   const double time = impl_->timeOf(number);
-  const Pose color_pose = impl_->path.at(time);
-  GeometryImage geometry =
-      simulation::renderGeometry(impl_->scene, impl_->true_camera, color_pose);
   RGBDFrame frame;
   frame.id = id(index);
   frame.timestamp = timestamp(index);
-  frame.color = isBlurred(index)
-                    ? impl_->blurredColor(number)
-                    : simulation::renderColor(impl_->scene, impl_->true_camera,
-                                              color_pose, geometry);
   const Pose depth_pose = impl_->path.at(time + options.time_offset);
-  if (options.time_offset != 0)
-    geometry = simulation::renderGeometry(impl_->scene, impl_->true_camera, depth_pose);
+  const GeometryImage geometry =
+      simulation::renderGeometry(impl_->scene, impl_->true_camera, depth_pose);
+  if (isBlurred(index))
+    frame.color = impl_->blurredColor(number);
+  else if (options.time_offset != 0 || options.readout != 0)
+    frame.color = impl_->sharpColor(number);
+  else // the same view
+    frame.color =
+        simulation::renderColor(impl_->scene, impl_->true_camera, depth_pose, geometry);
   cv::Mat reflection;
   if (options.hole_fraction > 0)
     reflection = impl_->reflection(frame.color, depth_pose, geometry);

@@ -65,6 +65,7 @@ SyntheticScanOptions::isValid(std::string* error) const
       {"depth_bias [1/m]", depth_bias, -0.1, 0.1},
       {"focal_error", focal_error, -0.5, 0.5},
       {"time_offset [s]", time_offset, -1, 1},
+      {"readout [s]", readout, -0.1, 0.1},
   };
   return areWithin(bounds, error) && noise.isValid(error) &&
          trueCamera().isValid(error);

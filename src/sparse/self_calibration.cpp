@@ -16,18 +16,27 @@ namespace {
 
 using P = CalibrationParameter;
 
+/** Held-back observations have a hold on poses and points that were fitted to them, too: what is left of
+ *  it must be far less than the gains that are compared. */
+constexpr double FUNCTION_TOLERANCE = 1e-7;
+
 std::vector<CalibrationTest>
-candidates()
+candidates(const SelfCalibrationOptions& options)
 {
-  return {{"depth error of each image", {}},
-          {"rolling shutter", {P::READOUT}},
-          {"time offset of depth", {P::TIME_OFFSET}},
-          {"focal length", {P::FOCAL_X, P::FOCAL_Y}},
-          {"principal point", {P::CENTER_X, P::CENTER_Y}},
-          {"radial distortion", {P::RADIAL_1, P::RADIAL_2}},
-          {"depth bias", {P::DEPTH_BIAS}},
-          {"depth tilt", {P::DEPTH_TILT_X, P::DEPTH_TILT_Y}},
-          {"depth to colour alignment", {P::DEPTH_SHIFT_X, P::DEPTH_SHIFT_Y}}};
+  std::vector<CalibrationTest> tests;
+  if (options.depth_errors)
+    tests.push_back({"depth error of each image", {}});
+  if (options.camera)
+    tests.insert(tests.end(),
+                 {{"rolling shutter", {P::READOUT}},
+                  {"time offset of depth", {P::TIME_OFFSET}},
+                  {"focal length", {P::FOCAL_X, P::FOCAL_Y}},
+                  {"principal point", {P::CENTER_X, P::CENTER_Y}},
+                  {"radial distortion", {P::RADIAL_1, P::RADIAL_2}},
+                  {"depth bias", {P::DEPTH_BIAS}},
+                  {"depth tilt", {P::DEPTH_TILT_X, P::DEPTH_TILT_Y}},
+                  {"depth to colour alignment", {P::DEPTH_SHIFT_X, P::DEPTH_SHIFT_Y}}});
+  return tests;
 }
 
 /** Grows a set from the image with most observations by the one that shares most points with it. */
@@ -84,6 +93,8 @@ public:
     problem_.hold_back = true;
     problem_.min_track_length = options.min_track_length;
     adjustment_.max_iterations = options.max_iterations;
+    adjustment_.function_tolerance =
+        std::min(adjustment_.function_tolerance, FUNCTION_TOLERANCE);
   }
 
   SelfCalibrationResult
@@ -142,7 +153,7 @@ SelfCalibrationResult
 SelfCalibration::run(SparseModel& model)
 {
   SelfCalibrationResult result;
-  result.tests = candidates();
+  result.tests = candidates(options_);
   adjustBundle(graph_, problem_, adjustment_, model);
   cost_ = heldBackCost(graph_, problem_, adjustment_, model);
   while (true) {
@@ -205,11 +216,10 @@ selfCalibrate(const ImageGraph& graph,
   std::string error;
   if (!options.isValid(&error))
     throw pcl::BadArgumentException("selfCalibrate: " + error);
-  if (images.size() < options.min_images) {
-    SelfCalibrationResult none;
-    none.tests = candidates();
-    return none;
-  }
+  SelfCalibrationResult untested;
+  untested.tests = candidates(options);
+  if (untested.tests.empty() || images.size() < options.min_images)
+    return untested;
   return SelfCalibration(
              graph, wellConnected(model, images, options.max_images), adjustment, options)
       .run(model);

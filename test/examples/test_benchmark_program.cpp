@@ -37,7 +37,9 @@ protected:
 const std::vector<std::string> METHODS{"f2m_icp", "visual_icp", "rgbd_sfm",
                                        "bundle_icp"};
 const std::vector<std::string> ABLATIONS{"no virtual depth", "no visual start",
-                                         "no global adjustment", "no dense terms"};
+                                         "no global adjustment", "no dense terms",
+                                         "no self-calibration",
+                                         "no depth error of each image"};
 
 } // namespace
 
@@ -53,7 +55,7 @@ TEST_F(BenchmarkProgram, ComparesMethodsAndAblations)
   const auto& conditions = json["scans"][0]["conditions"];
   ASSERT_EQ(conditions.size(), 1u);
   const auto& methods = conditions[0]["methods"];
-  ASSERT_EQ(methods.size(), 8u);
+  ASSERT_EQ(methods.size(), 10u);
   for (std::size_t i = 0; i < methods.size(); ++i) {
     const auto& method = methods[i];
     const std::string name = i < 4 ? METHODS[i] : ABLATIONS[i - 4];

@@ -14,9 +14,9 @@ namespace fs = boost::filesystem;
 
 namespace {
 
-const std::set<std::string> earlier = {"trajectory.txt", "sparse.ply",
-                                       "mesh.ply",       "report.json",
-                                       "mesh.png",       "trajectory.png"};
+const std::set<std::string> earlier = {
+    "trajectory.txt", "sparse.ply",     "mesh.ply",        "report.json",
+    "mesh.png",       "trajectory.png", "calibration.json"};
 
 class ReconstructFailure : public ReconstructProgram {
 protected:
@@ -202,7 +202,7 @@ TEST_F(ReconstructFailure, FullDisk)
   simulate();
   ProgramResult result;
   const std::vector<std::pair<rlim_t, std::string>> first_too_large = {
-      {500, "report.json"}, {8000, "trajectory.png"}};
+      {500, "report.json"}, {20000, "trajectory.png"}};
   for (const auto& [bytes, file] : first_too_large) {
     {
       const FileSizeLimit limit(bytes);

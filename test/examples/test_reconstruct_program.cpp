@@ -55,9 +55,9 @@ TEST_F(ReconstructScan, GivesPosesPointsMeshAndReport)
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_EQ(result.err, "");
   EXPECT_CONTAINS(result.out, "12 of 12 frames have a pose in one world");
-  EXPECT_EQ(namesIn(out),
-            (std::set<std::string>{"mesh.ply", "mesh.png", "report.json", "sparse.ply",
-                                   "trajectory.png", "trajectory.txt"}));
+  EXPECT_EQ(namesIn(out), (std::set<std::string>{
+                              "calibration.json", "mesh.ply", "mesh.png", "report.json",
+                              "sparse.ply", "trajectory.png", "trajectory.txt"}));
   const Trajectory truth = readTrajectory(scan + "/groundtruth.txt"),
                    estimate = readTrajectory(out + "/trajectory.txt");
   EXPECT_EQ(estimate.size(), 12u);
@@ -85,7 +85,7 @@ TEST_F(ReconstructScan, ReportHasWhatWasPromised)
   }
   EXPECT_GT(json["peak_memory_bytes"].get<double>(), 1e6);
   EXPECT_GT(json["timing_s"]["features"].get<double>(), 0);
-  EXPECT_EQ(json["calibration"]["camera"]["fx"], 262.0);
+  EXPECT_EQ(json["calibration"]["nominal_camera"]["fx"], 262.0);
   EXPECT_FALSE(boost::filesystem::exists(out + "/mesh.ply"));
 }
 

@@ -155,6 +155,31 @@ TEST(CameraFaults, TimeOffsetShowsDepthFromALaterPose)
   EXPECT_TRUE(areSame(scan.readExact(2).depth, exactScan().read(2).depth));
 }
 
+TEST(CameraFaults, RollingShutterShowsEachRowAtItsTime)
+{
+  const SyntheticScan scan = scanWith([](auto& o) { o.readout = 0.06; });
+  const SyntheticScan every_millisecond = scanWith([](auto& o) {
+    o.frame_rate = 1000;
+    o.num_frames = 600;
+  });
+  const RGBDFrame frame = scan.read(1), exact = scan.readExact(1);
+  EXPECT_TRUE(areSame(frame.depth, exact.depth));
+  const auto difference = [&frame](const cv::Mat& color, int y) {
+    return cv::norm(frame.color.rowRange(y, y + 4), color.rowRange(y, y + 4),
+                    cv::NORM_L1) /
+           (4 * 160 * 3);
+  };
+  for (const int y : {0, 20, 40, 80, 116}) {
+    // Four rows take 2 ms, the middle of the image is at the stamp, 500 ms.
+    const auto millisecond = std::size_t(500 + (y + 2) / 2 - 30);
+    EXPECT_LT(difference(every_millisecond.readExact(millisecond).color, y), 0.05) << y;
+    if (std::abs(y - 58) > 20) { // far from the middle
+      EXPECT_GT(difference(exact.color, y), 1) << y;
+    }
+  }
+  EXPECT_LT(difference(exact.color, 58), 0.5);
+}
+
 TEST(CameraFaults, HolesArePatchesInTheDark)
 {
   const SyntheticScan scan = scanWith([](auto& o) { o.hole_fraction = 0.1; });

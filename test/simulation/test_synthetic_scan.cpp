@@ -308,6 +308,7 @@ TEST(SyntheticScan, RefusesWhatIsOutOfBounds)
       {[](Options& o) { o.depth_bias = 0.2; }, "depth_bias [1/m] is 0.2"},
       {[](Options& o) { o.focal_error = -0.6; }, "focal_error is -0.6"},
       {[](Options& o) { o.time_offset = 2; }, "time_offset [s] is 2, expected -1 to 1"},
+      {[](Options& o) { o.readout = 1; }, "readout [s] is 1, expected -0.1 to 0.1"},
   };
   for (const auto& [spoil, message] : cases) {
     Options options;

@@ -7,6 +7,8 @@
 
 #include <pcl/exceptions.h>
 
+#include <cmath>
+
 using namespace bundle_icp;
 using namespace bundle_icp::test;
 
@@ -224,4 +226,110 @@ TEST(AdjustBundle, RefusesInvalidOptions)
   options = {};
   options.function_tolerance = 0;
   EXPECT_CONTAINS(message(options), "function_tolerance must be > 0");
+  options = {};
+  options.depth_error_deviation = 0;
+  EXPECT_CONTAINS(message(options), "depth_error_deviation must be > 0");
+  EXPECT_CONTAINS(messageOf<pcl::BadArgumentException>([&] {
+                    heldBackCost(scene.graph, scene.problem, options, scene.model);
+                  }),
+                  "heldBackCost: depth_error_deviation");
+  EXPECT_CONTAINS(
+      messageOf<pcl::BadArgumentException>([&] {
+        calibrationDeviations(scene.graph, scene.problem, options, scene.model);
+      }),
+      "calibrationDeviations: depth_error_deviation");
+}
+
+TEST(HeldBack, IsAFifthOfLongTracks)
+{
+  int held = 0, all = 0;
+  for (std::size_t length = 1; length < 12; ++length)
+    for (int feature = 0; feature < 10; ++feature) {
+      ScenePoint point;
+      for (std::size_t k = 0; k < length; ++k)
+        point.track.push_back({k, k == 0 ? feature : 3});
+      for (std::size_t k = 0; k < length; ++k)
+        if (length < 4) {
+          EXPECT_FALSE(isHeldBack(point, k));
+        }
+        else {
+          held += isHeldBack(point, k);
+          ++all;
+        }
+    }
+  EXPECT_EQ(5 * held, all);
+}
+
+TEST(HeldBack, ObservationsTakeNoPart)
+{
+  Scene scene;
+  std::size_t held = 0, all = 0;
+  for (const ScenePoint& point : scene.model.points())
+    for (std::size_t k = 0; k < point.track.size(); ++k) {
+      held += isHeldBack(point, k);
+      ++all;
+    }
+  ASSERT_GT(held, 50u);
+  EXPECT_EQ(adjustBundle(scene.graph, scene.problem, {}, scene.model).num_residuals,
+            3 * all);
+  scene.problem.hold_back = true;
+  EXPECT_EQ(adjustBundle(scene.graph, scene.problem, {}, scene.model).num_residuals,
+            3 * (all - held));
+}
+
+TEST(HeldBack, CostIsThatOfEachVariableImage)
+{
+  Scene scene;
+  scene.problem.hold_back = true;
+  scene.problem.variable = {4, 1, 2};
+  scene.problem.constant = {0, 3, 5};
+  const BundleAdjustmentOptions options;
+  const auto cost = [&] {
+    return heldBackCost(scene.graph, scene.problem, options, scene.model);
+  };
+  ASSERT_EQ(cost().size(), 3u);
+  for (const double exact : cost())
+    EXPECT_LT(exact, 1e-2);
+  scene.model.setWorldFromCamera(1, randomMotion(1, 0.01, 0.01) *
+                                        scene.model.worldFromCamera(1));
+  EXPECT_LT(cost()[0], 1e-2);
+  EXPECT_GT(cost()[1], 1);
+  EXPECT_LT(cost()[2], 1e-2);
+}
+
+TEST(HeldBack, CostOfOneObservationByHand)
+{
+  Scene scene;
+  scene.problem.hold_back = true;
+  const std::vector<double> before =
+      heldBackCost(scene.graph, scene.problem, {}, scene.model);
+  // Depth errors of three sigma in image 2 alone
+  scene.model.setDepthError(2, {3, 0, 0});
+  std::size_t held = 0;
+  for (const ScenePoint& point : scene.model.points())
+    for (std::size_t k = 0; k < point.track.size(); ++k)
+      held += point.track[k].image == 2 && isHeldBack(point, k);
+  ASSERT_GT(held, 5u);
+  const std::vector<double> after =
+      heldBackCost(scene.graph, scene.problem, {}, scene.model);
+  const double robust = 4 * std::log1p(9.0 / 4); // Cauchy at a scale of 2
+  EXPECT_NEAR(after[2] - before[2], robust * double(held), 1e-2 * double(held));
+  EXPECT_EQ(after[1], before[1]);
+}
+
+TEST(CalibrationDeviations, AreThePriorWhereNothingIsSeen)
+{
+  Scene scene;
+  EXPECT_EQ(calibrationDeviations(scene.graph, scene.problem, {}, scene.model),
+            CalibrationVector(CalibrationVector::Zero()));
+  // No image moves: nothing tells when its rows and its depth were taken.
+  using P = CalibrationParameter;
+  scene.problem.calibrated = {P::TIME_OFFSET, P::READOUT, P::FOCAL_X};
+  const CalibrationVector deviations =
+      calibrationDeviations(scene.graph, scene.problem, {}, scene.model);
+  for (const P parameter : {P::TIME_OFFSET, P::READOUT})
+    EXPECT_NEAR(deviations[int(parameter)], calibrationPrior()[int(parameter)], 1e-9);
+  EXPECT_GT(deviations[int(P::FOCAL_X)], 0);
+  EXPECT_LT(deviations[int(P::FOCAL_X)], 0.5 * calibrationPrior()[int(P::FOCAL_X)]);
+  EXPECT_EQ(deviations[int(P::FOCAL_Y)], 0);
 }

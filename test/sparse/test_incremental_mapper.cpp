@@ -10,6 +10,7 @@
 #include <pcl/exceptions.h>
 
 #include <algorithm>
+#include <limits>
 
 using namespace bundle_icp;
 using namespace bundle_icp::test;
@@ -317,4 +318,15 @@ TEST(IncrementalMapper, RefusesInvalidOptions)
   options = {};
   options.adjustment.loss_scale = 0;
   EXPECT_CONTAINS(message(options), "loss_scale");
+  for (const double sigmas : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()}) {
+    options = {};
+    options.shared_depth_sigmas = sigmas;
+    EXPECT_CONTAINS(message(options), "shared_depth_sigmas must be > 0");
+  }
+  options = {};
+  options.calibration_test.significance = 0;
+  EXPECT_CONTAINS(message(options), "significance must be > 0");
+  options = {};
+  options.calibration[CalibrationParameter::FOCAL_X] = 0.5;
+  EXPECT_CONTAINS(message(options), "focal_x must lie within");
 }

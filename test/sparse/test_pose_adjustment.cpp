@@ -106,3 +106,41 @@ TEST(AdjustPose, WithoutAnyEvidenceItStays)
   EXPECT_TRUE(result.matrix().allFinite());
   EXPECT_LT(distance(result, guess), 1e-9);
 }
+
+TEST(AdjustPose, FindsTheErrorThatAllDepthShares)
+{
+  Scene scene;
+  const Pose truth = scene.view.world_from_camera;
+  const DepthError error(2, -1, 1.5);
+  Features& features = scene.view.features;
+  for (std::size_t j = 0; j < features.size(); ++j) {
+    const Eigen::Vector3d ray = scene.landmarks.camera().unproject(
+        features.pixels[j].x(), features.pixels[j].y(), 1);
+    const double shared = error.dot(Eigen::Vector3d(1, ray.x(), ray.y()));
+    features.depths[j] += float(DepthNoise().sigma(features.depths[j]) * shared);
+  }
+  const ImageGraph graph = toGraph(scene.landmarks, {scene.view});
+  BundleAdjustmentOptions options;
+  options.depth_error_deviation = 1e3; // no prior that pulls
+  const auto adjust = [&](bool depth_error) {
+    return adjustPose(graph, SparseModel(1), 0, scene.observations(), {}, options,
+                      depth_error, {truth * randomMotion(1, 0.01, 0.01)});
+  };
+  const ImagePose with = adjust(true), without = adjust(false);
+  EXPECT_LT((with.depth_error - error).norm(), 1e-3);
+  EXPECT_LT(distance(with.world_from_camera, truth), 1e-5);
+  EXPECT_EQ(without.depth_error, DepthError(DepthError::Zero()));
+  EXPECT_GT(distance(without.world_from_camera, truth), 1e-4);
+  options.depth_error_deviation = 1e-4; // known not to be there
+  EXPECT_LT(adjust(true).depth_error.norm(), 1e-3);
+}
+
+TEST(AdjustPose, KeepsADepthErrorThatIsHeld)
+{
+  const Scene scene;
+  const ImagePose start{scene.view.world_from_camera, DepthError(1, 2, 3)};
+  const ImagePose result =
+      adjustPose(toGraph(scene.landmarks, {scene.view}), SparseModel(1), 0,
+                 scene.observations(), {}, {}, false, start);
+  EXPECT_EQ(result.depth_error, start.depth_error);
+}

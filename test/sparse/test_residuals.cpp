@@ -6,6 +6,8 @@
 
 #include <gtest/gtest.h>
 
+#include <vector>
+
 using namespace bundle_icp;
 using namespace bundle_icp::test;
 
@@ -19,84 +21,150 @@ aPose(unsigned seed)
   return randomMotion(seed, 0.7, 0.8);
 }
 
+/** Values of a residual's parameter blocks, in their order. */
+using Blocks = std::vector<Eigen::VectorXd>;
+
 Eigen::VectorXd
-evaluate(const ceres::CostFunction& residual, const double* first, const double* second)
+toBlock(const PoseBlock& pose)
 {
-  const double* parameters[] = {first, second};
+  return Eigen::Map<const Eigen::Matrix<double, 7, 1>>(pose.values);
+}
+
+std::vector<const double*>
+pointersTo(const Blocks& blocks)
+{
+  std::vector<const double*> pointers;
+  for (const Eigen::VectorXd& block : blocks)
+    pointers.push_back(block.data());
+  return pointers;
+}
+
+Eigen::VectorXd
+evaluate(const ceres::CostFunction& residual, const Blocks& blocks)
+{
   Eigen::VectorXd error(residual.num_residuals());
-  EXPECT_TRUE(residual.Evaluate(parameters, error.data(), nullptr));
+  EXPECT_TRUE(residual.Evaluate(pointersTo(blocks).data(), error.data(), nullptr));
   return error;
 }
 
-/** Derivative by the six numbers of pose block 0 or 1, by central differences. */
+/** Derivative by block b, by central differences: by the six numbers of a pose. */
 Eigen::MatrixXd
-numericByPose(const ceres::CostFunction& residual, const double* first,
-              const double* second, int block)
+numeric(const ceres::CostFunction& residual, const Blocks& blocks, std::size_t b)
 {
-  const PoseManifold manifold;
-  Eigen::MatrixXd jacobian(residual.num_residuals(), 6);
-  for (int k = 0; k < 6; ++k) {
+  const bool is_pose = blocks[b].size() == 7;
+  const Eigen::Index n = is_pose ? 6 : blocks[b].size();
+  Eigen::MatrixXd jacobian(residual.num_residuals(), n);
+  for (Eigen::Index k = 0; k < n; ++k) {
     Eigen::VectorXd side[2];
     for (int s = 0; s < 2; ++s) {
-      Vector6d delta = Vector6d::Zero();
+      Eigen::VectorXd delta = Eigen::VectorXd::Zero(n);
       delta[k] = s == 0 ? STEP : -STEP;
-      PoseBlock moved;
-      manifold.Plus(block == 0 ? first : second, delta.data(), moved.values);
-      side[s] = evaluate(residual, block == 0 ? moved.values : first,
-                         block == 1 ? moved.values : second);
+      Blocks moved = blocks;
+      if (is_pose)
+        PoseManifold().Plus(blocks[b].data(), delta.data(), moved[b].data());
+      else
+        moved[b] += delta;
+      side[s] = evaluate(residual, moved);
     }
     jacobian.col(k) = (side[0] - side[1]) / (2 * STEP);
   }
   return jacobian;
 }
 
-Eigen::MatrixXd
-numericByPoint(const ceres::CostFunction& residual, const double* pose,
-               const Eigen::Vector3d& point)
-{
-  Eigen::MatrixXd jacobian(residual.num_residuals(), 3);
-  for (int k = 0; k < 3; ++k) {
-    const Eigen::Vector3d step = STEP * Eigen::Vector3d::Unit(k);
-    const Eigen::Vector3d plus = point + step, minus = point - step;
-    jacobian.col(k) = (evaluate(residual, pose, plus.data()) -
-                       evaluate(residual, pose, minus.data())) /
-                      (2 * STEP);
-  }
-  return jacobian;
-}
-
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-/** Both Jacobians as the residual gives them, the pose's reduced to its six numbers. */
-std::pair<Eigen::MatrixXd, Eigen::MatrixXd>
-analytic(const ceres::CostFunction& residual, const double* first, const double* second)
+/** All Jacobians as the residual gives them, those by poses reduced to six numbers. */
+std::vector<Eigen::MatrixXd>
+analytic(const ceres::CostFunction& residual, const Blocks& blocks)
 {
-  const auto& sizes = residual.parameter_block_sizes();
   const int n = residual.num_residuals();
-  RowMajor by_first(n, sizes[0]), by_second(n, sizes[1]);
-  const double* parameters[] = {first, second};
-  double* jacobians[] = {by_first.data(), by_second.data()};
+  std::vector<RowMajor> jacobians;
+  std::vector<double*> pointers;
+  for (const Eigen::VectorXd& block : blocks)
+    jacobians.push_back(RowMajor::Constant(n, block.size(), 1e9));
+  for (RowMajor& jacobian : jacobians)
+    pointers.push_back(jacobian.data());
   Eigen::VectorXd error(n);
-  EXPECT_TRUE(residual.Evaluate(parameters, error.data(), jacobians));
-  Eigen::Matrix<double, 7, 6, Eigen::RowMajor> plus;
-  PoseManifold().PlusJacobian(first, plus.data());
-  if (sizes[1] == 7)
-    return {by_first * plus, by_second * plus};
-  return {by_first * plus, by_second};
+  EXPECT_TRUE(
+      residual.Evaluate(pointersTo(blocks).data(), error.data(), pointers.data()));
+  std::vector<Eigen::MatrixXd> result;
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    Eigen::Matrix<double, 7, 6, Eigen::RowMajor> plus;
+    PoseManifold().PlusJacobian(blocks[b].data(), plus.data());
+    if (blocks[b].size() == 7)
+      result.emplace_back(jacobians[b] * plus);
+    else
+      result.emplace_back(jacobians[b]);
+  }
+  return result;
 }
 
+/** Column by column: derivatives by focal lengths and by pixels differ in magnitude. */
 void
-expectJacobians(const ceres::CostFunction& residual, const double* pose,
-                const Eigen::Vector3d& point)
+expectJacobians(const ceres::CostFunction& residual, const Blocks& blocks)
 {
-  const auto [by_pose, by_point] = analytic(residual, pose, point.data());
-  const Eigen::MatrixXd numeric = numericByPose(residual, pose, point.data(), 0);
-  EXPECT_LT((by_pose - numeric).norm(), 1e-6 * (1 + numeric.norm()))
-      << by_pose << "\n\n"
-      << numeric;
-  EXPECT_LT((by_point - numericByPoint(residual, pose, point)).norm(),
-            1e-6 * (1 + numeric.norm()));
+  ASSERT_EQ(residual.parameter_block_sizes().size(), blocks.size());
+  for (std::size_t b = 0; b < blocks.size(); ++b)
+    ASSERT_EQ(residual.parameter_block_sizes()[b], blocks[b].size());
+  const std::vector<Eigen::MatrixXd> jacobians = analytic(residual, blocks);
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    const Eigen::MatrixXd expected = numeric(residual, blocks, b);
+    for (Eigen::Index k = 0; k < expected.cols(); ++k)
+      EXPECT_LT((jacobians[b].col(k) - expected.col(k)).norm(),
+                1e-6 * (1 + expected.norm()))
+          << "block " << b << ", number " << k << ": "
+          << jacobians[b].col(k).transpose() << " instead of "
+          << expected.col(k).transpose();
+  }
 }
+
+/** A calibration in which nothing is zero. */
+CalibrationVector
+someCalibration()
+{
+  CalibrationVector c;
+  c << 0.02, -0.03, 4, -3, 0.05, -0.02, 0.01, 0.02, -0.03, 1.5, -2, 0.03, -0.02;
+  return c;
+}
+
+/** An image with one feature. */
+struct Measured {
+  CameraIntrinsics camera = smallCamera();
+  ImageMeasurement image{camera};
+  DepthNoise noise;
+  Features features;
+
+  Measured(const Eigen::Vector2d& pixel, double pixel_sigma, double depth = 0,
+           double depth_sigma = 1)
+  {
+    features.pixels.push_back(pixel.cast<float>());
+    features.pixel_sigmas.push_back(static_cast<float>(pixel_sigma));
+    features.depths.push_back(static_cast<float>(depth));
+    features.depth_sigmas.push_back(static_cast<float>(depth_sigma));
+  }
+
+  Measured(const Measured&) = delete; // `image` refers to the camera
+
+  Measured&
+  moving()
+  {
+    image.motion << 0.5, -0.8, 0.6, 0.3, -0.4, 0.5;
+    features.depth_slopes.emplace_back(0.01f, -0.02f);
+    return *this;
+  }
+
+  PixelResidual
+  pixelResidual() const
+  {
+    return PixelResidual(image, features, 0);
+  }
+
+  DepthResidual
+  depthResidual() const
+  {
+    return DepthResidual(image, noise, features, 0);
+  }
+};
 
 } // namespace
 
@@ -128,53 +196,91 @@ TEST(PoseManifold, MinusInvertsPlus)
 
 TEST(PixelResidual, IsTheReprojectionErrorInSigmas)
 {
-  const CameraIntrinsics camera = smallCamera();
-  const PoseBlock pose(aPose(2));
-  const Eigen::Vector3d point = aPose(2) * Eigen::Vector3d(0.2, -0.1, 2);
-  const Eigen::Vector2d pixel = camera.project({0.2, -0.1, 2});
-  const PixelResidual residual(camera, pixel - Eigen::Vector2d(3, -1), 0.5);
+  const Eigen::Vector3d in_camera(0.2, -0.1, 2), point = aPose(2) * in_camera;
+  const Measured measured(smallCamera().project(in_camera) - Eigen::Vector2d(3, -1),
+                          0.5);
+  const Blocks blocks{toBlock(PoseBlock(aPose(2))), point, CalibrationVector::Zero()};
+  // Pixels are stored as floats.
   EXPECT_LT(
-      (evaluate(residual, pose.values, point.data()) - Eigen::Vector2d(6, -2)).norm(),
-      1e-9);
+      (evaluate(measured.pixelResidual(), blocks) - Eigen::Vector2d(6, -2)).norm(),
+      1e-4);
 }
 
 TEST(PixelResidual, JacobiansAreTheNumericOnes)
 {
-  const CameraIntrinsics camera = smallCamera();
   for (unsigned seed = 0; seed < 5; ++seed) {
     const Pose pose = aPose(seed);
-    expectJacobians(PixelResidual(camera, {40, 50}, 0.7), PoseBlock(pose).values,
-                    pose * Eigen::Vector3d(0.3, -0.4, 1.5));
+    const Eigen::Vector3d point = pose * Eigen::Vector3d(0.3, -0.4, 1.5);
+    for (const CalibrationVector& calibration :
+         {CalibrationVector(CalibrationVector::Zero()), someCalibration()})
+      expectJacobians(Measured({40, 15}, 0.7).moving().pixelResidual(),
+                      {toBlock(PoseBlock(pose)), point, calibration});
   }
 }
 
 TEST(PixelResidual, StaysFiniteBehindTheCamera)
 {
-  const CameraIntrinsics camera = smallCamera();
   const Pose pose = aPose(3);
+  const Measured measured({40, 15}, 0.7);
+  CalibrationVector calibration = someCalibration();
+  calibration[int(CalibrationParameter::RADIAL_1)] = 0; // no polynomial holds out here
+  calibration[int(CalibrationParameter::RADIAL_2)] = 0;
   for (const double z : {0.0, -0.5, -3.0}) {
     const Eigen::Vector3d point = pose * Eigen::Vector3d(0.001, -0.002, z);
-    const PixelResidual residual(camera, {40, 50}, 0.7);
-    const PoseBlock block(pose);
-    EXPECT_TRUE(evaluate(residual, block.values, point.data()).allFinite());
+    const Blocks blocks{toBlock(PoseBlock(pose)), point, calibration};
+    EXPECT_TRUE(evaluate(measured.pixelResidual(), blocks).allFinite());
     // Its depth is held there, so the residual does not change with it.
-    expectJacobians(residual, block.values, point);
+    expectJacobians(measured.pixelResidual(), blocks);
   }
 }
 
 TEST(DepthResidual, IsTheDepthErrorInSigmas)
 {
-  const PoseBlock pose(aPose(2));
   const Eigen::Vector3d point = aPose(2) * Eigen::Vector3d(0.2, -0.1, 2);
-  EXPECT_NEAR(evaluate(DepthResidual(1.97, 0.01), pose.values, point.data())[0], 3,
-              1e-9);
+  const Measured measured({80, 60}, 1, 1.97, 0.01);
+  const Blocks blocks{toBlock(PoseBlock(aPose(2))), point, CalibrationVector::Zero(),
+                      DepthError::Zero()};
+  EXPECT_NEAR(evaluate(measured.depthResidual(), blocks)[0], 3, 1e-4);
+}
+
+TEST(DepthResidual, ComparesWithTheDepthOfTheShiftedPixel)
+{
+  // A wall that recedes by 2 cm per pixel to the right; depth lies 3 px further right,
+  // so that at the feature's pixel the depth of 3 px to its left is found.
+  Measured measured({80, 60}, 1, 2 - 0.06, 0.01);
+  measured.features.depth_slopes.emplace_back(0.02f, 0.f);
+  CalibrationVector calibration = CalibrationVector::Zero();
+  calibration[int(CalibrationParameter::DEPTH_SHIFT_X)] = 3;
+  const Eigen::Vector3d point(0, 0, 2);
+  const auto residual = [&] {
+    return evaluate(measured.depthResidual(),
+                    {toBlock(PoseBlock()), point, calibration, DepthError::Zero()})[0];
+  };
+  EXPECT_NEAR(residual(), 0, 1e-4);
+  calibration.setZero();
+  EXPECT_NEAR(residual(), 6, 1e-4);
 }
 
 TEST(DepthResidual, JacobiansAreTheNumericOnes)
 {
-  for (unsigned seed = 0; seed < 5; ++seed)
-    expectJacobians(DepthResidual(1.4, 0.01), PoseBlock(aPose(seed)).values,
-                    aPose(seed) * Eigen::Vector3d(0.3, -0.4, 1.5));
+  for (unsigned seed = 0; seed < 5; ++seed) {
+    const Pose pose = aPose(seed);
+    const Eigen::Vector3d point = pose * Eigen::Vector3d(0.3, -0.4, 1.5);
+    for (const CalibrationVector& calibration :
+         {CalibrationVector(CalibrationVector::Zero()), someCalibration()})
+      expectJacobians(
+          Measured({40, 15}, 0.7, 1.4, 0.01).moving().depthResidual(),
+          {toBlock(PoseBlock(pose)), point, calibration, DepthError(1.5, -0.8, 2.1)});
+  }
+}
+
+TEST(PriorResidual, IsTheDistanceInDeviations)
+{
+  const Eigen::Vector3d expected(1, -2, 3), deviations(0.5, 2, 10);
+  const PriorResidual residual(expected, deviations);
+  const Blocks blocks{Eigen::Vector3d(2, -6, 8)};
+  EXPECT_LT((evaluate(residual, blocks) - Eigen::Vector3d(2, -2, 0.5)).norm(), 1e-12);
+  expectJacobians(residual, blocks);
 }
 
 namespace {
@@ -200,7 +306,7 @@ TEST(RelativePoseResidual, SquaredNormIsTheQuadraticForm)
   const PoseBlock second(aPose(5));
   const PoseBlock first(aPose(5) * (increment(delta) * measured).inverse());
   const RelativePoseResidual residual(measured, someInformation());
-  EXPECT_NEAR(evaluate(residual, first.values, second.values).squaredNorm(),
+  EXPECT_NEAR(evaluate(residual, {toBlock(first), toBlock(second)}).squaredNorm(),
               delta.dot(someInformation() * delta), 1e-12);
 }
 
@@ -212,14 +318,13 @@ TEST(RelativePoseResidual, JacobiansAreTheNumericOnes)
     const PoseBlock first(aPose(5) *
                           (randomMotion(6, error, error) * measured).inverse());
     const RelativePoseResidual residual(measured, someInformation());
-    const auto [by_first, by_second] = analytic(residual, first.values, second.values);
+    const Blocks blocks{toBlock(first), toBlock(second)};
+    const std::vector<Eigen::MatrixXd> jacobians = analytic(residual, blocks);
     // Exact at the measured motion, of first order in the error elsewhere.
     const double tolerance = 1e-7 + error;
-    for (int block = 0; block < 2; ++block) {
-      const Eigen::MatrixXd numeric =
-          numericByPose(residual, first.values, second.values, block);
-      const Eigen::MatrixXd& jacobian = block == 0 ? by_first : by_second;
-      EXPECT_LT((jacobian - numeric).norm(), tolerance * numeric.norm()) << block;
+    for (std::size_t b = 0; b < 2; ++b) {
+      const Eigen::MatrixXd expected = numeric(residual, blocks, b);
+      EXPECT_LT((jacobians[b] - expected).norm(), tolerance * expected.norm()) << b;
     }
   }
 }
@@ -239,11 +344,11 @@ TEST(RelativePoseResidual, IsZeroAlongFreeDirections)
   for (const Vector6d& direction : {a, b}) {
     const PoseBlock first(aPose(5) *
                           (increment(1e-3 * direction) * measured).inverse());
-    const auto error = evaluate(residual, first.values, second.values);
+    const auto error = evaluate(residual, {toBlock(first), toBlock(second)});
     EXPECT_TRUE(error.allFinite());
     EXPECT_LT(error.norm(), 1e-8);
   }
   const Vector6d other = project * Vector6d::Ones();
   const PoseBlock first(aPose(5) * (increment(1e-3 * other) * measured).inverse());
-  EXPECT_GT(evaluate(residual, first.values, second.values).norm(), 1e-3);
+  EXPECT_GT(evaluate(residual, {toBlock(first), toBlock(second)}).norm(), 1e-3);
 }

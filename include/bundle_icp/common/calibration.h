@@ -37,10 +37,21 @@ using CalibrationVector = Eigen::Matrix<double, NUM_CALIBRATION_PARAMETERS, 1>;
 BUNDLE_ICP_EXPORT const char*
 calibrationName(CalibrationParameter parameter);
 
+/** Unit of a parameter, "px" for example; "1" for a ratio. */
+BUNDLE_ICP_EXPORT const char*
+calibrationUnit(CalibrationParameter parameter);
+
 /** Image-wide depth error of one frame, in units of DepthNoise::sigma(): constant, and per unit of
  *  x / z and of y / z. Structured light drifts by as much from one image to the next, and
  *  such errors do not average out over the image. */
 using DepthError = Eigen::Vector3d;
+
+/** Where Calibration::depth_scale comes from. */
+enum class DepthScaleOrigin {
+  NOMINAL,          ///< depth as the recording gives it
+  CALIBRATION_FILE, ///< readCalibration()
+  KNOWN_DISTANCE    ///< a length that is known from elsewhere
+};
 
 /** Corrections to a camera. The measured depth of a point at depth z that is seen along the ray
  *  (x, y, 1) is
@@ -56,6 +67,12 @@ struct BUNDLE_ICP_EXPORT Calibration {
   /** True depth over measured depth. Never estimated; it is the reader that applies it
    *  (DatasetOptions::depth_factor). */
   double depth_scale = 1;
+  DepthScaleOrigin depth_scale_origin = DepthScaleOrigin::NOMINAL;
+
+  /** Multiplies all depth by `factor`, which a known distance gives: its true length over that in a
+   *  reconstruction made with this calibration. */
+  void
+  scaleDepth(double factor);
 
   double&
   operator[](CalibrationParameter parameter)

@@ -41,6 +41,9 @@ struct BUNDLE_ICP_EXPORT SyntheticScanOptions {
   double depth_bias = 0;      ///< measured = z (1 + depth_bias z) [1/m], -0.1 to 0.1
   double focal_error = 0; ///< camera() reports focal_length (1 + focal_error), +-0.5
   double time_offset = 0; ///< depth is taken this much after colour [s], -1 to 1
+  /** Rolling shutter of the colour camera: time from the first to the last row, the
+   * middle row at the stamp [s], -0.1 to 0.1 */
+  double readout = 0;
   bool unordered = false; ///< random order, with stamps that follow it and tell nothing
 
   /** The faults of a common structured-light camera at once: noise_factor 1,

@@ -11,6 +11,11 @@ namespace bundle_icp {
 
 /** How selfCalibrate() works. */
 struct BUNDLE_ICP_EXPORT SelfCalibrationOptions {
+  /** Whether corrections to the camera are tested, or only the depth error of each image: false
+   *  for a camera that is known from an earlier scan. */
+  bool camera = true;
+  /** Whether it is tested that each image has a DepthError of its own. */
+  bool depth_errors = true;
   /** Images that take part in the test, those that share most points. The values are
    *  then estimated from all. */
   std::size_t max_images = 40;
