@@ -384,11 +384,15 @@ IncrementalMapper::Impl::calibrate(SparseModel& model, int component)
   for (const std::size_t image : model.registeredImages(component))
     if (graph_.isKey(image))
       keys.push_back(image);
-  if (!options_.self_calibration || keys.size() < options_.calibration_test.min_images)
+  const bool moving = model.calibration()[CalibrationParameter::READOUT] != 0 ||
+                      model.calibration()[CalibrationParameter::TIME_OFFSET] != 0;
+  const bool tests = options_.self_calibration && calibrated_component_ < 0 &&
+                     keys.size() >= options_.calibration_test.min_images;
+  if (!moving && !tests)
     return;
   adjust(model, component, INTERMEDIATE_ITERATIONS, false);
   findMotions(model, component);
-  if (calibrated_component_ >= 0)
+  if (!tests)
     return;
   SelfCalibrationOptions test = options_.calibration_test;
   test.num_threads = options_.num_threads;
