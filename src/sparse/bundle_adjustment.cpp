@@ -69,7 +69,8 @@ private:
   const BundleAdjustmentProblem& terms_;
   const BundleAdjustmentOptions& options_;
   const SparseModel& model_;
-  // Ceres adds in the order of the blocks' addresses: each kind lies in one array, by index.
+  // Ceres adds in the order of the blocks' addresses: each kind lies in one array, by index, and is a
+  // group of its own, since nobody knows which array comes first.
   std::vector<PoseBlock> poses_;
   std::vector<Eigen::Vector3d> points_;
   std::vector<DepthError> depth_errors_;
@@ -226,9 +227,9 @@ Adjustment::solve()
   for (const std::size_t image : images_) {
     ordering->AddElementToGroup(poses_[image].values, 1);
     if (problem_.HasParameterBlock(depth_errors_[image].data()))
-      ordering->AddElementToGroup(depth_errors_[image].data(), 1);
+      ordering->AddElementToGroup(depth_errors_[image].data(), 2);
   }
-  ordering->AddElementToGroup(calibration_.data(), 1);
+  ordering->AddElementToGroup(calibration_.data(), 3);
   options.linear_solver_ordering = ordering;
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem_, &summary);
