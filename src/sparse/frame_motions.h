@@ -8,7 +8,7 @@ namespace bundle_icp {
 
 /** Sets SparseModel::motion() of the registered images of a component from the poses of their
  *  neighbours in time: the slope of a polynomial through the nearest one or two on either
- *  side. Images without neighbours within a second do not move, as far as is known. */
+ *  side. Images without neighbours within 0.8 s do not move, as far as is known. */
 void
 estimateMotions(const ImageGraph& graph, int component, SparseModel& model);
 

@@ -23,7 +23,7 @@ struct BUNDLE_ICP_EXPORT SelfCalibrationOptions {
   std::size_t min_track_length = 4;
   /** A correction is applied when it lowers the cost of observations that were held back, per image,
    *  by more than this many standard errors of the mean... */
-  double significance = 4;
+  double significance = 3;
   /** ... and by more than this share. */
   double min_gain = 0.005;
   /** Fewer images are too few to tell. */
