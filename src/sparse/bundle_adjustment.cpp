@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include <bundle_icp/sparse/bundle_adjustment.h>
 
+#include "sparse/held_back.h"
 #include "sparse/residuals.h"
 
 #include <pcl/exceptions.h>
@@ -16,21 +17,6 @@
 
 namespace bundle_icp {
 namespace {
-
-/** Observations of a point that an adjustment uses; none when the point takes no part. */
-std::vector<Observation>
-observationsThatTakePart(const BundleAdjustmentProblem& problem,
-                         const std::set<std::size_t>& images,
-                         const ScenePoint& point)
-{
-  std::vector<Observation> observations;
-  for (std::size_t k = 0; k < point.track.size(); ++k)
-    if (images.count(point.track[k].image) && !(problem.hold_back && isHeldBack(point, k)))
-      observations.push_back(point.track[k]);
-  if (observations.size() < std::max<std::size_t>(problem.min_track_length, 2))
-    observations.clear();
-  return observations;
-}
 
 /** The Ceres problem of one adjustment, and the parameter blocks that it moves. */
 class Adjustment {
@@ -356,61 +342,6 @@ calibrationPrior()
     return p;
   }();
   return prior;
-}
-
-bool
-isHeldBack(const ScenePoint& point, std::size_t index_in_track)
-{
-  if (point.track.size() < 4)
-    return false;
-  // The features' numbers spread the choice over points and images.
-  return (std::size_t(point.track.front().feature) + index_in_track) % 5 == 0;
-}
-
-std::vector<double>
-heldBackCost(const ImageGraph& graph,
-             const BundleAdjustmentProblem& problem,
-             const BundleAdjustmentOptions& options,
-             const SparseModel& model)
-{
-  checkOptions(options, "heldBackCost");
-  std::set<std::size_t> images(problem.variable.begin(), problem.variable.end());
-  images.insert(problem.constant.begin(), problem.constant.end());
-  std::map<std::size_t, double> cost_of_image;
-  for (const std::size_t image : problem.variable)
-    cost_of_image[image] = 0;
-  const double scale2 = options.loss_scale * options.loss_scale;
-  const auto robust = [scale2](double squared) { return scale2 * std::log1p(squared / scale2); };
-  for (const ScenePoint& point : model.points()) {
-    if (observationsThatTakePart(problem, images, point).empty())
-      continue;
-    for (std::size_t k = 0; k < point.track.size(); ++k) {
-      const Observation& o = point.track[k];
-      const auto cost = cost_of_image.find(o.image);
-      if (cost == cost_of_image.end() || !isHeldBack(point, k))
-        continue;
-      const Features& features = graph.features(o.image);
-      const PoseBlock pose(model.worldFromCamera(o.image));
-      const ImageMeasurement measurement{graph.camera(), model.motion(o.image)};
-      const double* parameters[] = {pose.values,
-                                    point.position.data(),
-                                    model.calibration().values.data(),
-                                    model.depthError(o.image).data()};
-      Eigen::Vector2d pixel;
-      PixelResidual(measurement, features, o.feature).Evaluate(parameters, pixel.data(), nullptr);
-      cost->second += robust(pixel.squaredNorm());
-      if (options.use_depth && features.hasDepth(o.feature)) {
-        double depth;
-        DepthResidual(measurement, model.depthNoise(), features, o.feature)
-            .Evaluate(parameters, &depth, nullptr);
-        cost->second += robust(depth * depth);
-      }
-    }
-  }
-  std::vector<double> costs;
-  for (const std::size_t image : problem.variable)
-    costs.push_back(cost_of_image[image]);
-  return costs;
 }
 
 CalibrationVector

@@ -333,3 +333,20 @@ TEST(CalibrationDeviations, AreThePriorWhereNothingIsSeen)
   EXPECT_LT(deviations[int(P::FOCAL_X)], 0.5 * calibrationPrior()[int(P::FOCAL_X)]);
   EXPECT_EQ(deviations[int(P::FOCAL_Y)], 0);
 }
+
+TEST(AdjustBundle, DoesNotDependOnTheWorldFrame)
+{
+  Scene here, there;
+  here.perturb();
+  there.perturb();
+  const Pose there_from_here = randomMotion(17, 1.2, 3);
+  there.model.transform(0, there_from_here);
+  adjustBundle(here.graph, here.problem, {}, here.model);
+  adjustBundle(there.graph, there.problem, {}, there.model);
+  for (std::size_t i = 0; i < 6; ++i)
+    EXPECT_LT(logarithm(there_from_here * here.model.worldFromCamera(i) *
+                        there.model.worldFromCamera(i).inverse())
+                  .norm(),
+              1e-5)
+        << i;
+}

@@ -144,3 +144,24 @@ TEST(AdjustPose, KeepsADepthErrorThatIsHeld)
                  scene.observations(), {}, {}, false, start);
   EXPECT_EQ(result.depth_error, start.depth_error);
 }
+
+TEST(AdjustPose, SaysHowWellThePoseIsKnown)
+{
+  const Scene scene;
+  const ImageGraph graph = toGraph(scene.landmarks, {scene.view});
+  const auto adjust = [&](std::size_t count) {
+    std::vector<PointObservation> observations = scene.observations();
+    observations.resize(count);
+    return adjustPose(graph, SparseModel(1), 0, observations, {}, {}, false,
+                      {scene.view.world_from_camera});
+  };
+  const std::size_t all = scene.observations().size();
+  const ImagePose many = adjust(all), few = adjust(all / 4), one = adjust(1);
+  // One point is known to 0.7 px: at 262 px and 2 m that is 5 mm.
+  EXPECT_GT(many.position_deviation, 5e-3 / std::sqrt(double(all)));
+  EXPECT_LT(many.position_deviation, 5e-3);
+  EXPECT_LT(many.rotation_deviation, 5e-3 / 2);
+  EXPECT_GT(few.position_deviation, 1.5 * many.position_deviation);
+  // A single point leaves the rotation about it open.
+  EXPECT_GT(std::max(one.rotation_deviation, one.position_deviation), 1);
+}
