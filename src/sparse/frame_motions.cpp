@@ -15,6 +15,8 @@ namespace {
 constexpr double DENSE_STEP = 0.05;
 /** Where frames are further apart, the nearest two on either side within this time [s]. */
 constexpr double REACH = 0.8;
+/** Stamps closer than this are one and say nothing of a speed [s]. */
+constexpr double SAME_TIME = 1e-3;
 constexpr std::size_t MAX_PER_SIDE = 2;
 constexpr int DEGREE = 3;
 
@@ -63,6 +65,8 @@ estimateMotions(const ImageGraph& graph, int component, SparseModel& model)
       for (int j = k + direction; j >= 0 && j < count; j += direction) {
         const std::size_t other = by_time[std::size_t(j)];
         const double time = graph.timestamp(other) - graph.timestamp(image);
+        if (std::abs(time) < SAME_TIME)
+          continue;
         if (std::abs(time) > REACH || found == MAX_PER_SIDE ||
             (found > 0 && std::abs(samples.back().time) < DENSE_STEP))
           break;
