@@ -40,6 +40,7 @@ mapperOptions(const ReconstructionOptions& options, bool ordered_in_time)
     mapper.method = ImageRegistrationMethod::PNP;
     mapper.visual_start = true;
     mapper.num_dense_neighbours = 0;
+    mapper.motion_prior = false;
   }
   return mapper;
 }

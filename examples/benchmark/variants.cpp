@@ -36,6 +36,8 @@ ablations()
        [](Options& o) { o.mapper.global_adjustment = false; }},
       {"no dense terms", "bundle_icp whose global adjustment sees features only",
        [](Options& o) { o.mapper.num_dense_neighbours = 0; }},
+      {"no motion prior", "bundle_icp whose poses know nothing of their neighbours in time",
+       [](Options& o) { o.mapper.motion_prior = false; }},
       {"no self-calibration", "bundle_icp with camera and depth as they come",
        [](Options& o) { o.mapper.self_calibration = false; }},
       {"no depth error of each image", "bundle_icp that corrects the camera only",

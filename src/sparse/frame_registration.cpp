@@ -46,6 +46,16 @@ withSharedError(const Matrix6d& independent,
   return 0.5 * (result + result.transpose());
 }
 
+/** Covariance of a camera's rotation and position, from the information on motions that are
+ *  applied on the left of its pose and so turn it about the world's origin. */
+Matrix6d
+covarianceOf(const Matrix6d& information, const Eigen::Vector3d& position)
+{
+  Matrix6d pivoted = Matrix6d::Identity();
+  pivoted.bottomLeftCorner<3, 3>() = -crossMatrix(position);
+  return pivoted * information.inverse() * pivoted.transpose();
+}
+
 } // namespace
 
 std::vector<Neighbour>
@@ -181,16 +191,18 @@ FrameRegistrar::adjusted(const SparseModel& model,
                                     options_.adjustment,
                                     depth_errors_,
                                     {dense.world_from_camera, model.depthError(image)});
-  FrameRegistration registration{pose.world_from_camera, pose.depth_error, report};
-  registration.report.position_deviation = pose.position_deviation;
-  registration.report.rotation_deviation = pose.rotation_deviation;
-  registration.report.registered = pose.position_deviation <= options_.max_position_deviation &&
-                                   pose.rotation_deviation <= options_.max_rotation_deviation;
+  FrameRegistration registration{pose.world_from_camera, pose.depth_error, pose.covariance, report};
+  const double rotation = largestDeviation(pose.covariance.topLeftCorner<3, 3>());
+  const double position = largestDeviation(pose.covariance.bottomRightCorner<3, 3>());
+  registration.report.rotation_deviation = rotation;
+  registration.report.position_deviation = position;
+  registration.report.registered = position <= options_.max_position_deviation &&
+                                   rotation <= options_.max_rotation_deviation;
   if (!registration.report.registered) {
     std::ostringstream reason;
     reason << "its matches and its depth leave the pose open: +- " << std::setprecision(2)
-           << 100 * pose.position_deviation << " cm along, or +- "
-           << pose.rotation_deviation * 180 / M_PI << " degrees about, some direction";
+           << 100 * position << " cm along, or +- " << rotation * 180 / M_PI
+           << " degrees about, some direction";
     registration.report.reason = reason.str();
   }
   return registration;
@@ -261,6 +273,12 @@ FrameRegistrar::registerFrameByGeometry(const SparseModel& model,
   report.by_geometry = true;
   report.icp_rmse = result.rmse;
   registration.world_from_camera = alignment.world_from_source * model.depthFromColor(image);
+  registration.covariance = covarianceOf(withSharedError(result.information,
+                                                         *depth_views_(image, model),
+                                                         options_.virtual_depth.noise,
+                                                         options_.shared_depth_sigmas,
+                                                         1),
+                                         registration.world_from_camera.translation());
   if (result.status != BundleICPStatus::CONVERGED)
     report.reason = "geometry alone did not converge";
   else if (result.overlap < options_.min_overlap)
@@ -273,6 +291,24 @@ FrameRegistrar::registerFrameByGeometry(const SparseModel& model,
   else
     report.registered = true;
   return registration;
+}
+
+Matrix6d
+FrameRegistrar::poseCovariance(const SparseModel& model, std::size_t image) const
+{
+  std::vector<PointObservation> observations;
+  for (std::size_t j = 0; j < graph_.features(image).size(); ++j)
+    if (const int point = model.pointOf(image, int(j)); point >= 0)
+      observations.push_back({int(j), model.points()[std::size_t(point)].position});
+  return adjustPose(graph_,
+                    model,
+                    image,
+                    observations,
+                    {},
+                    options_.adjustment,
+                    depth_errors_,
+                    {model.worldFromCamera(image), model.depthError(image)})
+      .covariance;
 }
 
 std::optional<RelativePoseTerm>

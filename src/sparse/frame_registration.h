@@ -21,6 +21,8 @@ struct Neighbour {
 struct FrameRegistration {
   Pose world_from_camera = Pose::Identity();
   DepthError depth_error = DepthError::Zero();
+  /** Of the camera's rotation and position, see ImagePose. */
+  Matrix6d covariance = Matrix6d::Identity();
   ImageRegistration report;
 };
 
@@ -58,6 +60,10 @@ public:
                           const std::vector<Neighbour>& neighbours,
                           const Pose& guess,
                           int num_threads) const;
+
+  /** How well the points that an image of the model sees hold its pose, see ImagePose. */
+  Matrix6d
+  poseCovariance(const SparseModel& model, std::size_t image) const;
 
   /** Dense evidence on the motion between two images near their present poses; unset when
    *  their surfaces do not meet. */

@@ -5,11 +5,12 @@
 #include "common/parallel.h"
 #include "sparse/frame_motions.h"
 #include "sparse/frame_registration.h"
+#include "sparse/trajectory_smoothing.h"
 
 #include <pcl/exceptions.h>
 
 #include <algorithm>
-#include <map>
+#include <numeric>
 
 namespace bundle_icp {
 namespace {
@@ -20,6 +21,8 @@ constexpr int FINAL_ROUNDS = 2;
 constexpr int INTERMEDIATE_ITERATIONS = 6;
 /** Images that hold a local adjustment in place. */
 constexpr std::size_t NUM_HELD = 10;
+/** Fewer images do not tell how smoothly the camera moves. */
+constexpr std::size_t MIN_FOR_MOTION_PRIOR = 20;
 
 } // namespace
 
@@ -32,6 +35,7 @@ public:
   , options_(options)
   , registrar_(graph_, depth_views_, options_)
   , visibility_(graph.size())
+  , covariances_(graph.size())
   {
   }
 
@@ -66,6 +70,10 @@ private:
   denseTerms(const SparseModel& model, const std::vector<std::size_t>& images) const;
   void
   registerByTime(SparseModel& model, int component);
+  void
+  applyMotionPrior(SparseModel& model, int component) const;
+  std::vector<std::size_t>
+  byTime(std::vector<std::size_t> images) const;
   bool
   report(const SparseModel& model) const;
 
@@ -76,6 +84,7 @@ private:
   /** V of equation (4) for the component that grows. */
   std::vector<std::size_t> visibility_;
   std::vector<char> failed_;
+  std::vector<Matrix6d> covariances_; ///< of the poses of images that are not key images
   int calibrated_component_ = -1; ///< the one that the calibration was found in
   ProgressCallback progress_;
 };
@@ -164,6 +173,7 @@ IncrementalMapper::Impl::registerComponents(SparseModel& model)
     if (!grow(model, component, false))
       return false;
     registerByTime(model, component);
+    applyMotionPrior(model, component);
   }
   return true;
 }
@@ -288,6 +298,7 @@ IncrementalMapper::Impl::registerBatch(SparseModel& model,
     }
     else
       model.registerImage(batch[k], slots[k].world_from_camera, component);
+    covariances_[batch[k]] = slots[k].covariance;
     model.setDepthError(batch[k], slots[k].depth_error);
     updateVisibility(model, batch[k], component);
   }
@@ -437,12 +448,9 @@ IncrementalMapper::Impl::registerByTime(SparseModel& model, int component)
 {
   if (!options_.ordered_in_time || options_.method != ImageRegistrationMethod::BUNDLE_ICP)
     return;
-  std::vector<std::size_t> by_time(graph_.size());
-  for (std::size_t i = 0; i < by_time.size(); ++i)
-    by_time[i] = i;
-  std::stable_sort(by_time.begin(), by_time.end(), [this](std::size_t a, std::size_t b) {
-    return graph_.timestamp(a) < graph_.timestamp(b);
-  });
+  std::vector<std::size_t> all(graph_.size());
+  std::iota(all.begin(), all.end(), 0);
+  std::vector<std::size_t> by_time = byTime(std::move(all));
   const auto visit = [&](const std::vector<std::size_t>& order) {
     for (std::size_t k = 1; k < order.size(); ++k) {
       const std::size_t image = order[k], last = order[k - 1];
@@ -464,6 +472,7 @@ IncrementalMapper::Impl::registerByTime(SparseModel& model, int component)
       const FrameRegistration registration = registrar_.registerFrameByGeometry(
           model, image, neighbours, guess, options_.num_threads);
       registrations_[image] = registration.report;
+      covariances_[image] = registration.covariance;
       if (registration.report.registered)
         model.registerImage(image, registration.world_from_camera, component);
     }
@@ -471,6 +480,39 @@ IncrementalMapper::Impl::registerByTime(SparseModel& model, int component)
   visit(by_time);
   std::reverse(by_time.begin(), by_time.end());
   visit(by_time);
+}
+
+std::vector<std::size_t>
+IncrementalMapper::Impl::byTime(std::vector<std::size_t> images) const
+{
+  std::stable_sort(images.begin(), images.end(), [this](std::size_t a, std::size_t b) {
+    return graph_.timestamp(a) < graph_.timestamp(b);
+  });
+  return images;
+}
+
+/** Each image was registered on its own, and the errors of neighbours in time are independent;
+ *  the motion between them is not. */
+void
+IncrementalMapper::Impl::applyMotionPrior(SparseModel& model, int component) const
+{
+  if (!options_.motion_prior || !options_.ordered_in_time)
+    return;
+  const std::vector<std::size_t> images = byTime(model.registeredImages(component));
+  if (images.size() < MIN_FOR_MOTION_PRIOR)
+    return;
+  std::vector<PoseMeasurement> measurements(images.size());
+  parallelFor(images.size(), options_.num_threads, {}, [&](std::size_t k) {
+    const bool is_adjusted = graph_.isKey(images[k]) && !registrations_[images[k]].by_geometry;
+    measurements[k] = {graph_.timestamp(images[k]),
+                       model.worldFromCamera(images[k]),
+                       is_adjusted ? registrar_.poseCovariance(model, images[k])
+                                   : covariances_[images[k]]};
+  });
+  const std::vector<Pose> poses =
+      smoothTrajectory(measurements, estimateMotionPrior(measurements));
+  for (std::size_t k = 0; k < images.size(); ++k)
+    model.setWorldFromCamera(images[k], poses[k]);
 }
 
 } // namespace bundle_icp

@@ -55,15 +55,6 @@ struct NormalEquations {
   }
 };
 
-/** Largest standard deviation in any direction, from a 3x3 block of a covariance. */
-double
-largestDeviation(const Eigen::Matrix3d& covariance)
-{
-  const double largest =
-      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance).eigenvalues().maxCoeff();
-  return largest >= 0 ? std::sqrt(largest) : std::numeric_limits<double>::infinity();
-}
-
 /** Weight of the Cauchy loss. */
 double
 robustWeight(double squared_error, double loss_scale)
@@ -126,6 +117,14 @@ addDense(const DensePose& dense, const PoseBlock& pose, NormalEquations& equatio
 
 } // namespace
 
+double
+largestDeviation(const Eigen::Matrix3d& covariance)
+{
+  const double largest =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance).eigenvalues().maxCoeff();
+  return largest >= 0 ? std::sqrt(largest) : std::numeric_limits<double>::infinity();
+}
+
 ImagePose
 adjustPose(const ImageGraph& graph,
            const SparseModel& model,
@@ -167,14 +166,17 @@ adjustPose(const ImageGraph& graph,
       break;
   }
   ImagePose result{pose.worldFromCamera(), error};
-  // Position deviates as the translation does, up to a rotation about the world's origin, which a
-  // pivot at the camera removes.
-  Matrix6d pivoted = Matrix6d::Identity();
-  pivoted.block<3, 3>(3, 0) = crossMatrix(result.world_from_camera.inverse().translation());
+  // A motion (w, v) of camera_from_world = (R, t) turns the camera by -R' w and moves it by
+  // -R' (v + t x w).
+  Matrix6d world_by_motion = Matrix6d::Zero();
+  const Eigen::Matrix3d axes = result.world_from_camera.linear();
+  world_by_motion.topLeftCorner<3, 3>() = -axes;
+  world_by_motion.bottomRightCorner<3, 3>() = -axes;
+  world_by_motion.bottomLeftCorner<3, 3>() =
+      -axes * crossMatrix(result.world_from_camera.inverse().translation());
   const Matrix inverse = equations.hessian.ldlt().solve(Matrix::Identity());
-  const Matrix6d covariance = pivoted * inverse.topLeftCorner<6, 6>() * pivoted.transpose();
-  result.rotation_deviation = largestDeviation(covariance.topLeftCorner<3, 3>());
-  result.position_deviation = largestDeviation(covariance.bottomRightCorner<3, 3>());
+  result.covariance =
+      world_by_motion * inverse.topLeftCorner<6, 6>() * world_by_motion.transpose();
   return result;
 }
 

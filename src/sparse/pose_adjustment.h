@@ -26,11 +26,14 @@ struct DensePose {
 struct ImagePose {
   Pose world_from_camera = Pose::Identity();
   DepthError depth_error = DepthError::Zero();
-  /** Largest standard deviation in any direction, given the model: of the camera's position [m]... */
-  double position_deviation = 0;
-  /** ... and of its rotation [rad]. */
-  double rotation_deviation = 0;
+  /** Of the camera's rotation [rad] and position [m], along the axes of the world, given the
+   *  model; not finite where a direction is open. */
+  Matrix6d covariance = Matrix6d::Identity();
 };
+
+/** Largest standard deviation in any direction, from a 3x3 block of a covariance. */
+double
+largestDeviation(const Eigen::Matrix3d& covariance);
 
 /** The pose of one image given the points that it sees: the same residuals and loss as
  *  adjustBundle(), with points and calibration held, by Gauss-Newton. Isotropic 3D-3D distances, as

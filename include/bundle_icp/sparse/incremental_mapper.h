@@ -61,6 +61,9 @@ struct BUNDLE_ICP_EXPORT MapperOptions {
   SelfCalibrationOptions calibration_test;
   /** What is known of the camera beforehand, from an earlier scan. */
   Calibration calibration;
+  /** Ends with the most likely poses, given that hands move a camera smoothly: how smoothly follows
+   *  from the scan itself. Only where ordered_in_time. */
+  bool motion_prior = true;
   /** Whether time stamps tell which images are neighbours. */
   bool ordered_in_time = true;
   /** Threads to use, 0 = all. */
