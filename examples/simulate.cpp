@@ -57,6 +57,12 @@ describeScan(Arguments& arguments)
       "size", valueOf(arguments.size, "WxH"), "size of the images [px]")(
       "focal-length", valueOf(scan.focal_length, "PX"), "true focal length [px]")(
       "seed", valueOf(scan.seed, "N"), "of textures, path and faults")(
+      "start", valueOf(scan.start_time, "S"),
+      "where on the path to begin [s]: things on a table first, the walls from 67 s on")(
+      "movement", valueOf(scan.movement, "SHARE"),
+      "share of the path's translation, 0 = turning on the spot")(
+      "texture", valueOf(scan.texture, "SHARE"),
+      "contrast of all surfaces, 0 = each in one colour")(
       "surface-spacing", valueOf(arguments.write.surface_spacing, "M"),
       "distance of the points in surface.ply [m]; 0 = no such file")(
       "threads", valueOf(arguments.write.num_threads, "N"), "threads, 0 = all")(

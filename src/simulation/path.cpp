@@ -45,7 +45,8 @@ lookAlong(double yaw, double pitch, double roll)
 
 } // namespace
 
-HandHeldPath::HandHeldPath(std::uint64_t seed)
+HandHeldPath::HandHeldPath(std::uint64_t seed, double start_time, double movement)
+    : start_time_(start_time), movement_(movement)
 {
   // The engine's own bits: distributions of the standard library differ between
   // compilers.
@@ -78,9 +79,11 @@ HandHeldPath::position(double t) const
 }
 
 Pose
-HandHeldPath::at(double t) const
+HandHeldPath::at(double time) const
 {
-  const Eigen::Vector3d from = position(t);
+  const double t = start_time_ + time;
+  const Eigen::Vector3d start = position(start_time_);
+  const Eigen::Vector3d from = start + movement_ * (position(t) - start);
   const Eigen::Vector3d target(wave(8, 0.27, 8.3, t), wave(9, 0.22, 9.7, t),
                                0.75 + wave(10, 0.15, 5.3, t));
   const Eigen::Vector3d gaze = target - from;

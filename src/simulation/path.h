@@ -14,11 +14,13 @@ namespace simulation {
  * differentiable). */
 class HandHeldPath {
 public:
-  explicit HandHeldPath(std::uint64_t seed);
+  /** \param[in] start_time where on the endless path time 0 is [s]
+   *  \param[in] movement share of the translation since then: 0 = turning on the spot */
+  HandHeldPath(std::uint64_t seed, double start_time, double movement);
 
-  /** world_from_camera at time t [s]. */
+  /** world_from_camera, a time after the start [s]. */
   Pose
-  at(double t) const;
+  at(double time) const;
 
 private:
   /** amplitude * sin(2 pi t / period + phase of number `wave`). */
@@ -30,6 +32,7 @@ private:
   static constexpr int num_waves = 16;
   double phases_[num_waves];
   double start_angle_;
+  double start_time_, movement_;
 };
 
 } // namespace simulation

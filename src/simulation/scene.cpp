@@ -160,7 +160,7 @@ surfaceNormal(const Primitive& primitive, int side, const Eigen::Vector3f& point
   return normal;
 }
 
-Scene::Scene(std::uint64_t seed)
+Scene::Scene(std::uint64_t seed, double texture) : texture_(texture)
 {
   furnish(*this, seed);
 }
@@ -216,7 +216,10 @@ Scene::addPrimitive(Primitive primitive)
 int
 Scene::addTexture(const cv::Mat& image)
 {
-  textures_.emplace_back(image);
+  cv::Mat faded;
+  image.convertTo(faded, CV_8UC3, texture_);
+  faded += (1 - texture_) * cv::mean(image);
+  textures_.emplace_back(texture_ == 1 ? image : faded);
   return int(textures_.size()) - 1;
 }
 

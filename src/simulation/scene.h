@@ -62,7 +62,8 @@ surfaceNormal(const Primitive& primitive, int side, const Eigen::Vector3f& point
  * origin. */
 class Scene {
 public:
-  explicit Scene(std::uint64_t seed);
+  /** \param[in] texture contrast of the pictures on all surfaces, 0 to 1 */
+  Scene(std::uint64_t seed, double texture);
 
   const std::vector<Primitive>&
   primitives() const
@@ -101,6 +102,7 @@ private:
   void
   addPrimitive(Primitive primitive);
 
+  double texture_;
   std::vector<Primitive> primitives_;
   std::vector<Face> faces_;
   std::vector<Texture> textures_;

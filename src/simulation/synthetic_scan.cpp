@@ -48,7 +48,8 @@ struct SyntheticScan::Impl {
 };
 
 SyntheticScan::Impl::Impl(const SyntheticScanOptions& scan_options)
-    : options(scan_options), scene(scan_options.seed), path(scan_options.seed),
+    : options(scan_options), scene(scan_options.seed, scan_options.texture),
+      path(scan_options.seed, scan_options.start_time, scan_options.movement),
       true_camera(scan_options.trueCamera()), camera(true_camera),
       order(scan_options.num_frames)
 {

@@ -233,6 +233,58 @@ TEST(SyntheticScan, FrameRateSamplesTheSamePath)
   EXPECT_DOUBLE_EQ(scan.timestamp(3), 0.5);
 }
 
+TEST(SyntheticScan, StartsWhereAsked)
+{
+  SyntheticScanOptions options = smallScan();
+  options.start_time = 1;
+  const SyntheticScan scan(options);
+  for (std::size_t i = 0; i + 2 < scan.size(); ++i)
+    EXPECT_TRUE(
+        scan.worldFromCamera(i).isApprox(exactScan().worldFromCamera(i + 2), 1e-12));
+  EXPECT_EQ(scan.timestamp(0), 0);
+}
+
+TEST(SyntheticScan, TurnsOnTheSpot)
+{
+  SyntheticScanOptions options = smallScan();
+  options.start_time = 67;
+  options.num_frames = 100;
+  options.movement = 0;
+  const SyntheticScan scan(options);
+  double largest = 0;
+  for (std::size_t i = 1; i < scan.size(); ++i) {
+    EXPECT_EQ(scan.worldFromCamera(i).translation(), scan.worldFromCamera(0).translation());
+    largest = std::max(largest, rotationAngle(scan.worldFromCamera(0).inverse() *
+                                              scan.worldFromCamera(i)));
+  }
+  EXPECT_GT(largest, 0.8);
+}
+
+TEST(SyntheticScan, WithoutTextureThereAreFewFeatures)
+{
+  SyntheticScanOptions options;
+  options.num_frames = 1;
+  const auto count = [&](double texture) {
+    options.texture = texture;
+    cv::Mat gray;
+    cv::cvtColor(SyntheticScan(options).read(0).color, gray, cv::COLOR_BGR2GRAY);
+    std::vector<cv::KeyPoint> keypoints;
+    cv::SIFT::create(1000)->detect(gray, keypoints);
+    return keypoints.size();
+  };
+  const std::size_t plain = count(0), full = count(1);
+  EXPECT_LT(5 * plain, full);
+  EXPECT_TRUE(areSame(SyntheticScan(options).read(0).depth,
+                      SyntheticScan([] {
+                        SyntheticScanOptions plain_options;
+                        plain_options.num_frames = 1;
+                        plain_options.texture = 0;
+                        return plain_options;
+                      }())
+                          .read(0)
+                          .depth));
+}
+
 TEST(SyntheticScan, GroundTruthIsThePoses)
 {
   const SyntheticScan& scan = exactScan();

@@ -26,6 +26,9 @@ struct BUNDLE_ICP_EXPORT SyntheticScanOptions {
   int height = 480;       ///< image height [px], 16 to 8192
   double focal_length = 525; ///< true focal length [px]
   std::uint64_t seed = 0;    ///< of textures, path and faults
+  double start_time = 0; ///< where on the path the scan begins [s], 0 to 1e6: 67 = at the walls
+  double movement = 1;   ///< share of the path's translation, 0 to 1: 0 = turning on the spot
+  double texture = 1; ///< contrast of all surfaces, 0 to 1: 0 = each side of a thing in one colour
 
   // Faults of the camera, all off.
   /** Depth noise: a multiple of `noise`, 0 to 100, half of its variance shared by
