@@ -24,6 +24,10 @@ pixelsOf(const Features& features, const std::vector<int>& indices)
   return pixels;
 }
 
+/** What an image's pixels share even of independent errors, since those of neighbouring pixels
+ *  are correlated: some thousand of them are independent. */
+constexpr double LEAST_SHARED_SIGMAS = 0.03;
+
 /** Information on a pose from the depth of `num_images` images, given the information H that it held if
  *  errors of pixels were independent, and C, the covariance of the error that an image's pixels share:
  *  (H^-1 + n C)^-1, written so that H may be singular. */
@@ -57,6 +61,15 @@ covarianceOf(const Matrix6d& information, const Eigen::Vector3d& position)
 }
 
 } // namespace
+
+void
+FrameRegistrar::setDepthErrors(bool depth_errors)
+{
+  depth_errors_ = depth_errors;
+  shared_depth_sigmas_ = depth_errors
+                             ? options_.shared_depth_sigmas
+                             : std::min(LEAST_SHARED_SIGMAS, options_.shared_depth_sigmas);
+}
 
 std::vector<Neighbour>
 FrameRegistrar::registeredNeighbours(const SparseModel& model,
@@ -252,7 +265,7 @@ FrameRegistrar::registerFrame(const SparseModel& model,
              withSharedError(alignment.result.information,
                              *depth_views_(image, model),
                              options_.virtual_depth.noise,
-                             options_.shared_depth_sigmas,
+                             shared_depth_sigmas_,
                              1)};
   }
   return adjusted(model, image, visual, features, dense, report);
@@ -276,7 +289,7 @@ FrameRegistrar::registerFrameByGeometry(const SparseModel& model,
   registration.covariance = covarianceOf(withSharedError(result.information,
                                                          *depth_views_(image, model),
                                                          options_.virtual_depth.noise,
-                                                         options_.shared_depth_sigmas,
+                                                         shared_depth_sigmas_,
                                                          1),
                                          registration.world_from_camera.translation());
   if (result.status != BundleICPStatus::CONVERGED)
@@ -337,7 +350,7 @@ FrameRegistrar::registerPair(const SparseModel& model, std::size_t first, std::s
   term.information = withSharedError(result.information,
                                      *source,
                                      options_.virtual_depth.noise,
-                                     options_.shared_depth_sigmas,
+                                     shared_depth_sigmas_,
                                      2);
   return term;
 }

@@ -33,16 +33,17 @@ public:
   FrameRegistrar(const ImageGraph& graph,
                  const DepthViewProvider& depth_views,
                  const MapperOptions& options)
-  : graph_(graph), depth_views_(depth_views), options_(options)
+  : graph_(graph)
+  , depth_views_(depth_views)
+  , options_(options)
+  , shared_depth_sigmas_(options.shared_depth_sigmas)
   {
   }
 
-  /** Whether images have a DepthError of their own, as self-calibration finds out. */
+  /** Whether images have a DepthError of their own, as self-calibration found out: where they have
+   *  none, dense evidence weighs what its noise says. */
   void
-  setDepthErrors(bool depth_errors)
-  {
-    depth_errors_ = depth_errors;
-  }
+  setDepthErrors(bool depth_errors);
 
   /** By visual evidence alone, quickly. */
   FrameRegistration
@@ -111,6 +112,7 @@ private:
   const DepthViewProvider& depth_views_;
   const MapperOptions& options_;
   bool depth_errors_ = false;
+  double shared_depth_sigmas_;
 };
 
 } // namespace bundle_icp

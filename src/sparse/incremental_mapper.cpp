@@ -408,7 +408,8 @@ IncrementalMapper::Impl::calibrate(SparseModel& model, int component)
   SelfCalibrationOptions test = options_.calibration_test;
   test.num_threads = options_.num_threads;
   self_calibration_ = selfCalibrate(graph_, keys, options_.adjustment, test, model);
-  registrar_.setDepthErrors(self_calibration_.depth_errors);
+  if (options_.calibration_test.depth_errors)
+    registrar_.setDepthErrors(self_calibration_.depth_errors);
   calibrated_component_ = component;
 }
 

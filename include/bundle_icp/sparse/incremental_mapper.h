@@ -54,7 +54,8 @@ struct BUNDLE_ICP_EXPORT MapperOptions {
   std::size_t num_dense_neighbours = 4;
   /** Depth errors that all pixels of an image share do not average out over the image: each
    *  image's depth is known as a whole to so many sigma of DepthNoise, as a shift and as a tilt
-   *  per unit of x / z. Limits the weight of dense terms. */
+   *  per unit of x / z. Limits the weight of dense terms, unless self-calibration finds that the scan
+   *  does not support such errors. */
   double shared_depth_sigmas = 2;
   /** Corrections to the camera that the scan supports are found and applied. */
   bool self_calibration = true;
