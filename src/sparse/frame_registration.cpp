@@ -28,6 +28,33 @@ pixelsOf(const Features& features, const std::vector<int>& indices)
  *  are correlated: some thousand of them are independent. */
 constexpr double LEAST_SHARED_SIGMAS = 0.03;
 
+/** Depth is not aligned when it cannot lower any variance of the pose by more than this share. */
+constexpr double LEAST_DENSE_GAIN = 0.05;
+
+/** Standard deviations of the error that the pixels of an image share, by their mean depth [m]. */
+struct SharedError {
+  double shift; ///< [m]
+  double tilt;  ///< [rad]
+
+  SharedError(double mean_depth, const DepthNoise& noise, double sigmas)
+  : shift(sigmas * noise.sigma(mean_depth)), tilt(shift / mean_depth)
+  {
+  }
+};
+
+double
+meanDepth(const Features& features)
+{
+  double sum = 0;
+  std::size_t count = 0;
+  for (std::size_t j = 0; j < features.size(); ++j)
+    if (features.hasDepth(int(j))) {
+      sum += features.depths[j];
+      ++count;
+    }
+  return count ? sum / double(count) : 0;
+}
+
 /** Information on a pose from the depth of `num_images` images, given the information H that it held if
  *  errors of pixels were independent, and C, the covariance of the error that an image's pixels share:
  *  (H^-1 + n C)^-1, written so that H may be singular. */
@@ -40,9 +67,10 @@ withSharedError(const Matrix6d& independent,
 {
   const cv::Mat measured = view.depth == view.depth; // NaN differs from itself
   const double z = std::max(cv::mean(view.depth, measured)[0], 0.1);
-  const double shift = shared_sigmas * noise.sigma(z), tilt = shift / z;
+  const SharedError shared(z, noise, shared_sigmas);
   Vector6d precision; // of n C
-  precision << Eigen::Vector3d::Constant(1 / (tilt * tilt)), Eigen::Vector3d::Constant(1 / (shift * shift));
+  precision << Eigen::Vector3d::Constant(1 / (shared.tilt * shared.tilt)),
+      Eigen::Vector3d::Constant(1 / (shared.shift * shared.shift));
   precision /= num_images;
   Matrix6d sum = independent;
   sum.diagonal() += precision;
@@ -221,6 +249,19 @@ FrameRegistrar::adjusted(const SparseModel& model,
   return registration;
 }
 
+/** Dense evidence is at best as good as the error that an image's pixels share. */
+bool
+FrameRegistrar::canDepthImprove(std::size_t image, const FrameRegistration& visual) const
+{
+  const double z = meanDepth(graph_.features(image));
+  if (!(z > 0))
+    return true;
+  const SharedError shared(z, options_.virtual_depth.noise, shared_depth_sigmas_);
+  const double rotation = visual.report.rotation_deviation / shared.tilt;
+  const double position = visual.report.position_deviation / shared.shift;
+  return rotation * rotation + position * position > LEAST_DENSE_GAIN;
+}
+
 FrameRegistration
 FrameRegistrar::registerVisually(const SparseModel& model, std::size_t image, int component) const
 {
@@ -256,6 +297,11 @@ FrameRegistrar::registerFrame(const SparseModel& model,
     return registration;
   DensePose dense{initial->world_from_source};
   if (options_.method == ImageRegistrationMethod::BUNDLE_ICP) {
+    if (!graph_.isKey(image)) {
+      registration = adjusted(model, image, visual, features, dense, report);
+      if (registration.report.registered && !canDepthImprove(image, registration))
+        return registration;
+    }
     // Lines 3 to 7: ICP against the virtual depth
     const Alignment alignment = alignToVirtualDepth(
         model, image, neighbours, visual, initial->world_from_source, num_threads);

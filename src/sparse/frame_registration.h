@@ -99,6 +99,10 @@ private:
            const DensePose& dense,
            const ImageRegistration& report) const;
 
+  /** Whether depth could still improve a pose that was found visually. */
+  bool
+  canDepthImprove(std::size_t image, const FrameRegistration& visual) const;
+
   /** The pose in the alignment is that of the depth image. */
   Alignment
   alignToVirtualDepth(const SparseModel& model,

@@ -80,7 +80,9 @@ struct ImageRegistration {
   std::string reason;            ///< why it is not registered
   std::size_t matches = 0;       ///< visual correspondences to registered images
   std::size_t inliers = 0;       ///< those that agree with the pose
-  double icp_rmse = 0;           ///< distance to the virtual depth [m]
+  /** Distance to the virtual depth [m]; 0 where it was not aligned, since it could not have improved
+   *  the pose of an image that is not a key image. */
+  double icp_rmse = 0;
   bool by_geometry = false;      ///< without visual evidence
   /** Largest standard deviation in any direction when it was registered, given the model: of the
    *  camera's position [m], and of its rotation [rad]. */
