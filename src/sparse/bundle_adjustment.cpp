@@ -90,6 +90,7 @@ private:
   std::vector<ImageMeasurement> measurements_;
   std::set<std::size_t> images_;            ///< that take part
   std::vector<std::size_t> moving_points_;
+  std::size_t num_zero_rows_ = 0; ///< of DepthResidualOfTwoRows
   ceres::Problem problem_;
 };
 
@@ -182,7 +183,8 @@ Adjustment::addObservations()
                                 pose,
                                 point,
                                 calibration_.data());
-      if (options_.use_depth && features.hasDepth(o.feature))
+      if (options_.use_depth && features.hasDepth(o.feature)) {
+        ++num_zero_rows_;
         problem_.AddResidualBlock(
             new DepthResidualOfTwoRows(
                 measurements_[o.image], model_.depthNoise(), features, o.feature),
@@ -191,6 +193,7 @@ Adjustment::addObservations()
             point,
             calibration_.data(),
             depth_errors_[o.image].data());
+      }
     }
   }
 }
@@ -250,7 +253,7 @@ Adjustment::solve()
   BundleAdjustmentResult result;
   result.success = summary.IsSolutionUsable();
   result.iterations = int(summary.iterations.size());
-  result.num_residuals = std::size_t(summary.num_residuals);
+  result.num_residuals = std::size_t(summary.num_residuals) - num_zero_rows_;
   result.initial_cost = summary.initial_cost;
   result.final_cost = summary.final_cost;
   return result;
