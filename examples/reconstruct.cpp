@@ -132,23 +132,13 @@ parse(int argc, char** argv)
 {
   Arguments arguments;
   const po::options_description visible = describe(arguments);
-  po::options_description all;
-  all.add(visible).add_options()("scan", po::value(&arguments.scan));
-  po::positional_options_description positional;
-  positional.add("scan", 1);
-  po::variables_map values;
-  const po::parsed_options parsed =
-      po::command_line_parser(argc, argv).options(all).positional(positional).run();
-  refuseNegativeNumbers(parsed);
-  po::store(parsed, values);
-  if (values.count("help")) {
-    printHelp(visible);
+  const auto values =
+      parseScanArguments(argc, argv, visible, 1, arguments.scan, printHelp);
+  if (!values)
     return std::nullopt;
-  }
-  po::notify(values);
   if (arguments.scan.empty() || arguments.output.empty())
     throw UsageError("expected SCAN -o OUT");
-  applyValues(values, arguments);
+  applyValues(*values, arguments);
   return arguments;
 }
 

@@ -14,6 +14,7 @@
 #include <pcl/exceptions.h>
 
 #include <fstream>
+#include <optional>
 #include <string>
 
 namespace bundle_icp {
@@ -72,6 +73,36 @@ applyRecording(const boost::program_options::variables_map& values,
   std::string error;
   if (!dataset.isValid(&error))
     throw UsageError(error);
+}
+
+/** Parses the `visible` options and, as those without a name, at most `max_scans` scans.
+ *  \param print_help is called when help was asked for; nothing is returned then
+ *  \param[out] scans a string or a vector of them */
+template <class Scans, class PrintHelp>
+std::optional<boost::program_options::variables_map>
+parseScanArguments(int argc,
+                   char** argv,
+                   const boost::program_options::options_description& visible,
+                   int max_scans,
+                   Scans& scans,
+                   const PrintHelp& print_help)
+{
+  namespace po = boost::program_options;
+  po::options_description all;
+  all.add(visible).add_options()("scan", po::value(&scans));
+  po::positional_options_description positional;
+  positional.add("scan", max_scans);
+  const po::parsed_options parsed =
+      po::command_line_parser(argc, argv).options(all).positional(positional).run();
+  refuseNegativeNumbers(parsed);
+  po::variables_map values;
+  po::store(parsed, values);
+  if (values.count("help")) {
+    print_help(visible);
+    return std::nullopt;
+  }
+  po::notify(values);
+  return values;
 }
 
 /** Minutes of work should not end at a folder that cannot be written. */

@@ -9,6 +9,7 @@
 #include <bundle_icp/simulation/synthetic_scan.h>
 
 #include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <pcl/exceptions.h>
 
@@ -194,6 +195,33 @@ TEST(Reconstruct, DoesNotDependOnTheOrderOfFrames)
 {
   std::vector<std::size_t> shuffled{20, 4, 28, 0, 12, 24, 16, 8};
   expectSamePoses(reconstruct(Frames(shuffled), withoutMesh()), reference(), 1e-4);
+}
+
+TEST(Reconstruct, DoesNotDependOnTheUnitOfDepth)
+{
+  const TemporaryFolder folder;
+  SyntheticScanOptions options;
+  options.num_frames = 8;
+  options.frame_rate = 2.5;
+  options.width = 320;
+  options.height = 240;
+  options.focal_length = 262.5;
+  SyntheticScanWriteOptions no_surface;
+  no_surface.surface_spacing = 0;
+  const std::string scan = folder.path("scan"), depth = scan + "/depth";
+  writeSyntheticScan(SyntheticScan(options), scan, no_surface);
+  const auto poses = [&](double units) {
+    DatasetOptions recording;
+    recording.depth_scale = units;
+    return reconstruct(*openDataset(scan, recording), withoutMesh());
+  };
+  const ReconstructionResult before = poses(5000);
+  for (const auto& entry : boost::filesystem::directory_iterator(depth)) {
+    const std::string file = entry.path().string();
+    cv::imwrite(file, 2 * cv::imread(file, cv::IMREAD_UNCHANGED));
+  }
+  expectSamePoses(poses(10000), before, 0);
+  EXPECT_EQ(before.component_sizes, std::vector<std::size_t>{8});
 }
 
 TEST(Reconstruct, EveryMethodOnTheSamePreparedScan)

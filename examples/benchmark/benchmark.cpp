@@ -152,31 +152,21 @@ parse(int argc, char** argv)
   const po::options_description visible = po::options_description()
                                               .add(describeRecording(arguments.dataset))
                                               .add(describeRun(arguments));
-  po::options_description all;
-  all.add(visible).add_options()("scan", po::value(&arguments.scans));
-  po::positional_options_description positional;
-  positional.add("scan", -1);
-  po::variables_map values;
-  const po::parsed_options parsed =
-      po::command_line_parser(argc, argv).options(all).positional(positional).run();
-  refuseNegativeNumbers(parsed);
-  po::store(parsed, values);
-  if (values.count("help")) {
-    printHelp(visible);
+  const auto values =
+      parseScanArguments(argc, argv, visible, -1, arguments.scans, printHelp);
+  if (!values)
     return std::nullopt;
-  }
-  po::notify(values);
   if (arguments.scans.empty())
     throw UsageError("expected SCAN...");
-  applyRecording(values, arguments.dataset);
+  applyRecording(*values, arguments.dataset);
   arguments.reconstruction.make_mesh = false;
   if (std::string error; !arguments.reconstruction.isValid(&error))
     throw UsageError(error);
-  arguments.variants = chooseMethods(values["methods"].as<std::string>());
-  if (values.count("ablations"))
+  arguments.variants = chooseMethods((*values)["methods"].as<std::string>());
+  if (values->count("ablations"))
     arguments.variants.insert(arguments.variants.end(), ablations().begin(),
                               ablations().end());
-  arguments.conditions = chooseConditions(values);
+  arguments.conditions = chooseConditions(*values);
   return arguments;
 }
 
