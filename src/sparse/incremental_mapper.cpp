@@ -36,6 +36,7 @@ public:
   , registrar_(graph_, depth_views_, options_)
   , visibility_(graph.size())
   , covariances_(graph.size())
+  , num_dense_neighbours_(options.num_dense_neighbours)
   {
   }
 
@@ -85,6 +86,7 @@ private:
   std::vector<std::size_t> visibility_;
   std::vector<char> failed_;
   std::vector<Matrix6d> covariances_; ///< of the poses of images that are not key images
+  std::size_t num_dense_neighbours_;
   int calibrated_component_ = -1; ///< the one that the calibration was found in
   ProgressCallback progress_;
 };
@@ -344,7 +346,7 @@ IncrementalMapper::Impl::denseTerms(const SparseModel& model,
     std::size_t count = 0;
     for (const Neighbour& neighbour :
          registrar_.registeredNeighbours(model, image, model.component(image))) {
-      if (count == options_.num_dense_neighbours)
+      if (count == num_dense_neighbours_)
         break;
       if (!graph_.isKey(neighbour.image))
         continue;
@@ -408,8 +410,11 @@ IncrementalMapper::Impl::calibrate(SparseModel& model, int component)
   SelfCalibrationOptions test = options_.calibration_test;
   test.num_threads = options_.num_threads;
   self_calibration_ = selfCalibrate(graph_, keys, options_.adjustment, test, model);
-  if (options_.calibration_test.depth_errors)
+  if (options_.calibration_test.depth_errors) {
     registrar_.setDepthErrors(self_calibration_.depth_errors);
+    if (!self_calibration_.depth_errors && options_.num_dense_neighbours > 0)
+      num_dense_neighbours_ = options_.num_exact_dense_neighbours;
+  }
   calibrated_component_ = component;
 }
 
@@ -429,7 +434,7 @@ IncrementalMapper::Impl::adjust(SparseModel& model, int component, int max_itera
     problem.calibrated = self_calibration_.calibrated;
   const int rounds = !options_.global_adjustment ? 0 : dense ? FINAL_ROUNDS : 1;
   for (int round = 0; round < rounds; ++round) {
-    if (dense && round > 0 && options_.num_dense_neighbours > 0)
+    if (dense && round > 0 && num_dense_neighbours_ > 0)
       problem.relative_poses = denseTerms(model, problem.variable);
     adjustBundle(graph_, problem, options, model);
     model.removeOutliers(graph_, options_.tracks);
