@@ -9,15 +9,18 @@
 namespace bundle_icp {
 namespace {
 
-/** Error of the state: of pose and velocity, each rotation first, along the axes of the world. */
+/** Error of the state: of pose and velocity, each rotation first, along the axes of the
+ * world. */
 using StateVector = Eigen::Matrix<double, 12, 1>;
 using StateMatrix = Eigen::Matrix<double, 12, 12>;
 
-/** Variance of a hand's velocity before anything is known of it [rad^2/s^2, m^2/s^2]. */
+/** Variance of a hand's velocity before anything is known of it [rad^2/s^2, m^2/s^2].
+ */
 constexpr double VELOCITY_VARIANCE = 1;
 /** Rounds of weighting, each with the residuals of the one before. */
 constexpr int ROUNDS = 3;
-/** Scale of the Cauchy loss on a measurement's distance from the smoothed pose, in sigmas. */
+/** Scale of the Cauchy loss on a measurement's distance from the smoothed pose, in
+ * sigmas. */
 constexpr double LOSS_SCALE = 2;
 /** A number of the prior, and the bounds between which it is searched. */
 struct Searched {
@@ -27,8 +30,8 @@ struct Searched {
 constexpr Searched SEARCHED[] = {{&MotionPrior::rotation, 1e-4, 1e4},
                                  {&MotionPrior::translation, 1e-4, 1e4},
                                  {&MotionPrior::noise, 1, 100}};
-/** Standard deviation of the logarithm of MotionPrior::noise beforehand: a factor of two. Without
- *  it, motion that cannot be foretold passes for noise. */
+/** Standard deviation of the logarithm of MotionPrior::noise beforehand: a factor of
+ * two. Without it, motion that cannot be foretold passes for noise. */
 constexpr double NOISE_DEVIATION = 0.7;
 /** Each is found to this factor, in turns. */
 constexpr double PRECISION = 1.3;
@@ -43,7 +46,9 @@ struct State {
   move(const StateVector& error)
   {
     const Eigen::Vector3d position = pose.translation() + error.segment<3>(3);
-    pose = increment((Vector6d() << error.head<3>(), Eigen::Vector3d::Zero()).finished()) * pose;
+    pose =
+        increment((Vector6d() << error.head<3>(), Eigen::Vector3d::Zero()).finished()) *
+        pose;
     pose.translation() = position;
     velocity += error.tail<6>();
   }
@@ -62,7 +67,8 @@ difference(const Pose& to, const Pose& from)
 
 struct Step {
   State state, predicted;
-  StateMatrix covariance = StateMatrix::Zero(), predicted_covariance = StateMatrix::Zero();
+  StateMatrix covariance = StateMatrix::Zero(),
+              predicted_covariance = StateMatrix::Zero();
   double dt = 0;
 };
 
@@ -77,12 +83,12 @@ transition(double dt)
 /** Filters forwards. \return the logarithm of the likelihood, up to a constant */
 double
 filter(const std::vector<PoseMeasurement>& measurements,
-       const std::vector<double>& weights,
-       const MotionPrior& prior,
+       const std::vector<double>& weights, const MotionPrior& prior,
        std::vector<Step>& steps)
 {
   Vector6d density;
-  density << Eigen::Vector3d::Constant(prior.rotation), Eigen::Vector3d::Constant(prior.translation);
+  density << Eigen::Vector3d::Constant(prior.rotation),
+      Eigen::Vector3d::Constant(prior.translation);
   steps.resize(measurements.size());
   double likelihood = 0;
   for (std::size_t k = 0; k < measurements.size(); ++k) {
@@ -92,13 +98,15 @@ filter(const std::vector<PoseMeasurement>& measurements,
       step.state = {measurements[k].world_from_camera, Vector6d::Zero()};
       step.covariance.setZero();
       step.covariance.topLeftCorner<6, 6>() = noise;
-      step.covariance.bottomRightCorner<6, 6>().diagonal().setConstant(VELOCITY_VARIANCE);
+      step.covariance.bottomRightCorner<6, 6>().diagonal().setConstant(
+          VELOCITY_VARIANCE);
       continue;
     }
     const Step& last = steps[k - 1];
     const double dt = step.dt = measurements[k].time - measurements[k - 1].time;
     step.predicted = last.state;
-    step.predicted.move((StateVector() << dt * last.state.velocity, Vector6d::Zero()).finished());
+    step.predicted.move(
+        (StateVector() << dt * last.state.velocity, Vector6d::Zero()).finished());
     const StateMatrix forwards = transition(dt);
     StateMatrix covariance = forwards * last.covariance * forwards.transpose();
     covariance.topLeftCorner<6, 6>().diagonal() += density * (dt * dt * dt / 3);
@@ -129,10 +137,9 @@ smooth(std::vector<Step>& steps)
 {
   for (std::size_t k = steps.size() - 1; k-- > 0;) {
     const Step& next = steps[k + 1];
-    const StateMatrix gain =
-        next.predicted_covariance.ldlt()
-            .solve(transition(next.dt) * steps[k].covariance)
-            .transpose();
+    const StateMatrix gain = next.predicted_covariance.ldlt()
+                                 .solve(transition(next.dt) * steps[k].covariance)
+                                 .transpose();
     StateVector error;
     error << difference(next.state.pose, next.predicted.pose),
         next.state.velocity - next.predicted.velocity;
@@ -142,17 +149,20 @@ smooth(std::vector<Step>& steps)
 
 /** Of the prior, given the measurements. */
 double
-logLikelihood(const std::vector<PoseMeasurement>& measurements, const MotionPrior& prior)
+logLikelihood(const std::vector<PoseMeasurement>& measurements,
+              const MotionPrior& prior)
 {
   std::vector<Step> steps;
   const double surprise = std::log(prior.noise) / NOISE_DEVIATION;
-  return filter(measurements, std::vector<double>(measurements.size(), 1), prior, steps) -
+  return filter(measurements, std::vector<double>(measurements.size(), 1), prior,
+                steps) -
          0.5 * surprise * surprise;
 }
 
 template <class Function>
 double
-goldenSectionMaximum(const Function& function, double low, double high, double precision)
+goldenSectionMaximum(const Function& function, double low, double high,
+                     double precision)
 {
   const double ratio = (std::sqrt(5.0) - 1) / 2;
   double left = high - ratio * (high - low), right = low + ratio * (high - low);
@@ -189,14 +199,13 @@ estimateMotionPrior(const std::vector<PoseMeasurement>& measurements)
             trial.*searched.value = std::exp(logarithm);
             return logLikelihood(measurements, trial);
           },
-          std::log(searched.low),
-          std::log(searched.high),
-          std::log(PRECISION)));
+          std::log(searched.low), std::log(searched.high), std::log(PRECISION)));
   return prior;
 }
 
 std::vector<Pose>
-smoothTrajectory(const std::vector<PoseMeasurement>& measurements, const MotionPrior& prior)
+smoothTrajectory(const std::vector<PoseMeasurement>& measurements,
+                 const MotionPrior& prior)
 {
   std::vector<Step> steps;
   std::vector<double> weights(measurements.size(), 1);
@@ -206,7 +215,8 @@ smoothTrajectory(const std::vector<PoseMeasurement>& measurements, const MotionP
     for (std::size_t k = 0; k < steps.size(); ++k) {
       const Vector6d error =
           difference(measurements[k].world_from_camera, steps[k].state.pose);
-      const double squared = error.dot(measurements[k].covariance.ldlt().solve(error)) / (6 * prior.noise);
+      const double squared =
+          error.dot(measurements[k].covariance.ldlt().solve(error)) / (6 * prior.noise);
       weights[k] = 1 / (1 + squared / (LOSS_SCALE * LOSS_SCALE));
     }
   }
