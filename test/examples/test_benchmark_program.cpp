@@ -55,7 +55,7 @@ TEST_F(BenchmarkProgram, ComparesMethodsAndAblations)
   const auto& conditions = json["scans"][0]["conditions"];
   ASSERT_EQ(conditions.size(), 1u);
   const auto& methods = conditions[0]["methods"];
-  ASSERT_EQ(methods.size(), 10u);
+  ASSERT_EQ(methods.size(), 11u);
   for (std::size_t i = 0; i < methods.size(); ++i) {
     const auto& method = methods[i];
     const std::string name = i < 4 ? METHODS[i] : ABLATIONS[i - 4];
