@@ -38,7 +38,7 @@ const std::vector<std::string> METHODS{"f2m_icp", "visual_icp", "rgbd_sfm",
                                        "bundle_icp"};
 const std::vector<std::string> ABLATIONS{"no virtual depth", "no visual start",
                                          "no global adjustment", "no dense terms",
-                                         "no self-calibration",
+                                         "no motion prior", "no self-calibration",
                                          "no depth error of each image"};
 
 } // namespace
