@@ -82,7 +82,7 @@ struct FrameReport {
   std::size_t features = 0;
   std::size_t matches = 0; ///< visual correspondences to registered frames
   std::size_t inliers = 0; ///< those that agree with the pose
-  double icp_rmse = 0;     ///< distance to the virtual depth [m]
+  double icp_rmse = 0; ///< distance to the virtual depth [m]; 0 = not aligned, see ImageRegistration
   bool by_geometry = false; ///< registered without visual evidence
   double position_deviation = 0; ///< largest standard deviation in any direction [m]
   double rotation_deviation = 0; ///< ... about any axis [rad]
