@@ -32,7 +32,7 @@ public:
   : registrations_(graph.size())
   , graph_(graph)
   , depth_views_(std::move(depth_views))
-  , options_(options)
+  , options_(withThreads(options))
   , registrar_(graph_, depth_views_, options_)
   , visibility_(graph.size())
   , covariances_(graph.size())
@@ -47,6 +47,12 @@ public:
   SelfCalibrationResult self_calibration_;
 
 private:
+  static MapperOptions
+  withThreads(MapperOptions options)
+  {
+    options.adjustment.num_threads = options.num_threads;
+    return options;
+  }
   bool
   registerComponents(SparseModel& model);
   void

@@ -49,6 +49,8 @@ struct BUNDLE_ICP_EXPORT BundleAdjustmentOptions {
   bool use_depth = true;
   /** Prior standard deviation of each number of a DepthError [sigma of DepthNoise]. */
   double depth_error_deviation = 2;
+  /** Threads to use, 0 = all; the result does not depend on it. */
+  int num_threads = 0;
 
   bool
   isValid(std::string* error = nullptr) const;
@@ -90,10 +92,9 @@ calibrationDeviations(const ImageGraph& graph,
                       const SparseModel& model);
 
 /** Global (or local) bundle adjustment: moves poses and points to the minimum of the robust sum of
- *  squared pixel residuals, measured-depth residuals and dense relative poses, with Ceres; calibration
- *  and depth errors move where the problem says so, held near their priors.
- *  Runs on one thread: Ceres adds in the order in which threads arrive, and results must not depend
- *  on that.
+ *  squared pixel residuals, measured-depth residuals and dense relative poses; calibration and depth
+ *  errors move where the problem says so, held near their priors. Levenberg-Marquardt with the points
+ *  eliminated from the normal equations (Triggs et al., "Bundle adjustment - a modern synthesis", 6.1).
  *  \throws pcl::BadArgumentException for invalid options or unregistered images. */
 BUNDLE_ICP_EXPORT BundleAdjustmentResult
 adjustBundle(const ImageGraph& graph,

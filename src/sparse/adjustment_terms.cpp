@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#include "sparse/adjustment_terms.h"
+
+#include "common/parallel.h"
+#include "sparse/held_back.h"
+
+#include <pcl/exceptions.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+namespace bundle_icp {
+namespace {
+
+/** Points per task: sums over a chunk do not depend on the number of threads. */
+constexpr std::size_t CHUNK = 256;
+
+} // namespace
+
+AdjustmentTerms::AdjustmentTerms(const ImageGraph& graph,
+                                 const BundleAdjustmentProblem& problem,
+                                 const BundleAdjustmentOptions& options,
+                                 const SparseModel& model)
+: graph_(graph), options_(options), depth_noise_(model.depthNoise())
+{
+  addImages(problem, model);
+  addObservations(problem, model);
+  std::map<std::size_t, int> index;
+  for (std::size_t i = 0; i < images.size(); ++i)
+    index[images[i].image] = int(i);
+  for (const RelativePoseTerm& term : problem.relative_poses) {
+    const auto first = index.find(term.first), second = index.find(term.second);
+    if (first != index.end() && second != index.end() && term.first != term.second)
+      pairs.push_back({first->second,
+                       second->second,
+                       std::make_unique<RelativePoseResidual>(term.first_from_second, term.information)});
+  }
+  for (const CalibrationParameter parameter : problem.calibrated)
+    calibrated.push_back(int(parameter));
+  std::sort(calibrated.begin(), calibrated.end());
+}
+
+void
+AdjustmentTerms::addImages(const BundleAdjustmentProblem& problem, const SparseModel& model)
+{
+  const std::set<std::size_t> held(problem.constant.begin(), problem.constant.end());
+  std::set<std::size_t> known;
+  const auto add = [&](std::size_t image, bool pose_moves, bool depth_error_moves) {
+    if (image >= model.numImages() || !model.isRegistered(image))
+      throw pcl::BadArgumentException("adjustBundle: image " + std::to_string(image) +
+                                      " is not registered");
+    if (known.insert(image).second)
+      images.push_back(
+          {image, pose_moves, depth_error_moves, {graph_.camera(), model.motion(image)}});
+  };
+  for (std::size_t k = 0; k < problem.variable.size(); ++k) {
+    // The image that is held to fix the gauge has a depth error like any other.
+    const bool fixes_gauge = k == 0 && problem.constant.empty();
+    if (!held.count(problem.variable[k]) && (!fixes_gauge || problem.depth_errors))
+      add(problem.variable[k], !fixes_gauge, problem.depth_errors);
+  }
+  num_moving = images.size();
+  for (const std::vector<std::size_t>* rest : {&problem.variable, &problem.constant})
+    for (const std::size_t image : *rest)
+      add(image, false, false);
+}
+
+void
+AdjustmentTerms::addObservations(const BundleAdjustmentProblem& problem, const SparseModel& model)
+{
+  std::set<std::size_t> taking_part;
+  std::vector<int> index(model.numImages(), -1);
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    taking_part.insert(images[i].image);
+    index[images[i].image] = int(i);
+  }
+  for (std::size_t p = 0; p < model.points().size(); ++p) {
+    const std::vector<Observation> track =
+        observationsThatTakePart(problem, taking_part, model.points()[p]);
+    if (std::none_of(track.begin(), track.end(), [&](const Observation& o) {
+          return images[std::size_t(index[o.image])].pose_moves;
+        }))
+      continue;
+    first_observation.push_back(observations.size());
+    for (const Observation& o : track)
+      observations.push_back({index[o.image],
+                              o.feature,
+                              int(points.size()),
+                              options_.use_depth && graph_.features(o.image).hasDepth(o.feature)});
+    points.push_back(p);
+  }
+  first_observation.push_back(observations.size());
+}
+
+AdjustmentState
+AdjustmentTerms::initialState(const SparseModel& model) const
+{
+  AdjustmentState state;
+  for (const AdjustedImage& image : images) {
+    state.poses.emplace_back(model.worldFromCamera(image.image));
+    state.depth_errors.push_back(model.depthError(image.image));
+  }
+  for (const std::size_t point : points)
+    state.points.push_back(model.points()[point].position);
+  state.calibration = model.calibration().values;
+  return state;
+}
+
+void
+AdjustmentTerms::writeBack(const AdjustmentState& state, SparseModel& model) const
+{
+  for (std::size_t i = 0; i < num_moving; ++i) {
+    if (images[i].pose_moves)
+      model.setWorldFromCamera(images[i].image, state.poses[i].worldFromCamera());
+    model.setDepthError(images[i].image, state.depth_errors[i]);
+  }
+  for (std::size_t p = 0; p < points.size(); ++p)
+    model.setPosition(points[p], state.points[p]);
+  Calibration calibration = model.calibration();
+  calibration.values = state.calibration;
+  model.setCalibration(calibration);
+}
+
+/** Cauchy. */
+double
+AdjustmentTerms::robustCost(double squared_error) const
+{
+  const double scale2 = options_.loss_scale * options_.loss_scale;
+  return scale2 * std::log1p(squared_error / scale2);
+}
+
+double
+AdjustmentTerms::robustWeight(double squared_error) const
+{
+  return 1 / (1 + squared_error / (options_.loss_scale * options_.loss_scale));
+}
+
+double
+AdjustmentTerms::cost(const AdjustmentState& state, int num_threads) const
+{
+  std::vector<double> slots((points.size() + CHUNK - 1) / CHUNK, 0.0);
+  parallelFor(slots.size(), num_threads, {}, [&](std::size_t chunk) {
+    const std::size_t end = std::min(points.size(), (chunk + 1) * CHUNK);
+    for (std::size_t k = first_observation[chunk * CHUNK]; k < first_observation[end]; ++k) {
+      const AdjustedObservation& o = observations[k];
+      const AdjustedImage& image = images[std::size_t(o.image)];
+      const Features& features = graph_.features(image.image);
+      const double* parameters[] = {state.poses[std::size_t(o.image)].values,
+                                    state.points[std::size_t(o.point)].data(),
+                                    state.calibration.data(),
+                                    state.depth_errors[std::size_t(o.image)].data()};
+      Eigen::Vector2d pixel;
+      PixelResidual(image.measurement, features, o.feature)
+          .Evaluate(parameters, pixel.data(), nullptr);
+      slots[chunk] += robustCost(pixel.squaredNorm());
+      if (!o.has_depth)
+        continue;
+      double depth;
+      DepthResidual(image.measurement, depth_noise_, features, o.feature)
+          .Evaluate(parameters, &depth, nullptr);
+      slots[chunk] += robustCost(depth * depth);
+    }
+  });
+  double sum = 0;
+  for (const double slot : slots)
+    sum += slot;
+  for (const AdjustedPair& pair : pairs) {
+    const double* parameters[] = {state.poses[std::size_t(pair.first)].values,
+                                  state.poses[std::size_t(pair.second)].values};
+    Vector6d residual;
+    pair.residual->Evaluate(parameters, residual.data(), nullptr);
+    sum += residual.squaredNorm();
+  }
+  for (std::size_t i = 0; i < num_moving; ++i)
+    if (images[i].depth_error_moves)
+      sum += (state.depth_errors[i] / options_.depth_error_deviation).squaredNorm();
+  if (!calibrated.empty())
+    sum += state.calibration.cwiseQuotient(calibrationPrior()).squaredNorm();
+  return sum / 2;
+}
+
+ObservationRows
+AdjustmentTerms::linearise(const AdjustedObservation& o, const AdjustmentState& state) const
+{
+  const AdjustedImage& image = images[std::size_t(o.image)];
+  const Features& features = graph_.features(image.image);
+  const double* parameters[] = {state.poses[std::size_t(o.image)].values,
+                                state.points[std::size_t(o.point)].data(),
+                                state.calibration.data(),
+                                state.depth_errors[std::size_t(o.image)].data()};
+  ObservationRows rows;
+  Eigen::Matrix<double, 3, 7, Eigen::RowMajor> by_pose;
+  Eigen::Matrix<double, 3, 3, Eigen::RowMajor> by_point = Eigen::Matrix3d::Zero();
+  by_pose.row(2).setZero();
+  double* calibration = calibrated.empty() ? nullptr : rows.by_calibration.data();
+  double* jacobians[] = {by_pose.data(), by_point.data(), calibration};
+  PixelResidual(image.measurement, features, o.feature)
+      .Evaluate(parameters, rows.residual.data(), jacobians);
+  Eigen::RowVector3d by_error = Eigen::RowVector3d::Zero();
+  if (o.has_depth) {
+    double* depth_jacobians[] = {by_pose.row(2).data(),
+                                 by_point.row(2).data(),
+                                 calibration ? rows.by_calibration.row(2).data() : nullptr,
+                                 by_error.data()};
+    DepthResidual(image.measurement, depth_noise_, features, o.feature)
+        .Evaluate(parameters, &rows.residual[2], depth_jacobians);
+  }
+  Eigen::Vector3d weights;
+  weights << Eigen::Vector2d::Constant(std::sqrt(robustWeight(rows.residual.head<2>().squaredNorm()))),
+      std::sqrt(robustWeight(rows.residual[2] * rows.residual[2]));
+  rows.residual = weights.cwiseProduct(rows.residual);
+  rows.by_point = weights.asDiagonal() * by_point;
+  if (image.pose_moves)
+    rows.by_image.leftCols<6>() = weights.asDiagonal() * by_pose.leftCols<6>();
+  if (image.depth_error_moves)
+    rows.by_image.bottomRightCorner<1, 3>() = weights[2] * by_error;
+  if (calibration)
+    rows.by_calibration = weights.asDiagonal() * rows.by_calibration;
+  return rows;
+}
+
+std::size_t
+AdjustmentTerms::numResiduals() const
+{
+  std::size_t count = 2 * observations.size() + 6 * pairs.size();
+  for (const AdjustedObservation& o : observations)
+    count += o.has_depth;
+  for (const AdjustedImage& image : images)
+    count += image.depth_error_moves ? 3 : 0;
+  return count + (calibrated.empty() ? 0 : NUM_CALIBRATION_PARAMETERS);
+}
+
+} // namespace bundle_icp

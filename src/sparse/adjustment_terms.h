@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#pragma once
+
+#include <bundle_icp/sparse/bundle_adjustment.h>
+
+#include "sparse/residuals.h"
+
+#include <memory>
+#include <vector>
+
+namespace bundle_icp {
+
+/** The unknowns of an adjustment; poses and depth errors by AdjustmentTerms::images, points by its
+ *  points. */
+struct AdjustmentState {
+  std::vector<PoseBlock> poses;
+  std::vector<DepthError> depth_errors;
+  std::vector<Eigen::Vector3d> points;
+  CalibrationVector calibration;
+};
+
+/** An image that takes part. */
+struct AdjustedImage {
+  std::size_t image;
+  bool pose_moves;
+  bool depth_error_moves;
+  ImageMeasurement measurement;
+};
+
+/** An observation that takes part. */
+struct AdjustedObservation {
+  int image;   ///< index into AdjustmentTerms::images
+  int feature;
+  int point;   ///< index into AdjustmentTerms::points
+  bool has_depth;
+};
+
+/** A dense term between images that take part. */
+struct AdjustedPair {
+  int first, second; ///< indices into AdjustmentTerms::images
+  std::unique_ptr<const RelativePoseResidual> residual;
+};
+
+/** Residuals of one observation and their derivatives, each over its sigma and times the root of
+ *  its robust weight: two rows for the pixel, one for the depth. */
+struct ObservationRows {
+  Eigen::Vector3d residual = Eigen::Vector3d::Zero();
+  Eigen::Matrix<double, 3, 9> by_image = Eigen::Matrix<double, 3, 9>::Zero(); ///< pose, depth error
+  Eigen::Matrix3d by_point = Eigen::Matrix3d::Zero();
+  Eigen::Matrix<double, 3, NUM_CALIBRATION_PARAMETERS, Eigen::RowMajor> by_calibration =
+      Eigen::Matrix<double, 3, NUM_CALIBRATION_PARAMETERS, Eigen::RowMajor>::Zero();
+};
+
+/** All terms of one adjustment: what is observed, and by which images. */
+class AdjustmentTerms {
+public:
+  /** \throws pcl::BadArgumentException for images that are not registered. */
+  AdjustmentTerms(const ImageGraph& graph,
+                  const BundleAdjustmentProblem& problem,
+                  const BundleAdjustmentOptions& options,
+                  const SparseModel& model);
+
+  AdjustmentState
+  initialState(const SparseModel& model) const;
+
+  void
+  writeBack(const AdjustmentState& state, SparseModel& model) const;
+
+  /** Half the sum of the squared residuals, those of observations under the robust loss. */
+  double
+  cost(const AdjustmentState& state, int num_threads) const;
+
+  ObservationRows
+  linearise(const AdjustedObservation& observation, const AdjustmentState& state) const;
+
+  std::size_t
+  numResiduals() const;
+
+  /** Prior standard deviations of the number of a DepthError, all the same. */
+  double
+  depthErrorDeviation() const
+  {
+    return options_.depth_error_deviation;
+  }
+
+  std::vector<AdjustedImage> images;            ///< those that move first
+  std::size_t num_moving = 0;                   ///< images with any unknown
+  std::vector<std::size_t> points;              ///< of the model
+  std::vector<AdjustedObservation> observations; ///< by point
+  std::vector<std::size_t> first_observation;   ///< of each point, and one past the last
+  std::vector<AdjustedPair> pairs;
+  std::vector<int> calibrated;                  ///< parameters that move, ascending
+
+private:
+  void
+  addImages(const BundleAdjustmentProblem& problem, const SparseModel& model);
+
+  void
+  addObservations(const BundleAdjustmentProblem& problem, const SparseModel& model);
+
+  double
+  robustCost(double squared_error) const;
+
+  double
+  robustWeight(double squared_error) const;
+
+  const ImageGraph& graph_;
+  const BundleAdjustmentOptions& options_;
+  const DepthNoise depth_noise_;
+};
+
+} // namespace bundle_icp
