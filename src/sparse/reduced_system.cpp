@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 namespace bundle_icp {
 namespace {
@@ -27,15 +28,33 @@ dampedPart(double diagonal)
   return std::max(diagonal, 1e-6 * scale * scale);
 }
 
-/** block -= a b' for matrices of SIZE x 3. */
+using Doubles = double __attribute__((vector_size(32)));
+
+BUNDLE_ICP_INLINE Doubles
+load(const double* from)
+{
+  Doubles vector;
+  std::memcpy(&vector, from, sizeof(vector));
+  return vector;
+}
+
+/** block -= a b', for a and b of SIZE x 3, all of them with columns of whole vectors. */
 template <int SIZE>
-inline __attribute__((always_inline)) void
+BUNDLE_ICP_INLINE void
 subtractProduct(const double* a, const double* b, double* block)
 {
+  constexpr int VECTORS = (SIZE + 3) / 4, STRIDE = 4 * VECTORS;
+  Doubles rows[3][VECTORS];
+  for (int k = 0; k < 3; ++k)
+    for (int v = 0; v < VECTORS; ++v)
+      rows[k][v] = load(a + k * STRIDE + 4 * v);
   for (int j = 0; j < SIZE; ++j)
-    for (int i = 0; i < SIZE; ++i)
-      block[j * SIZE + i] -=
-          a[i] * b[j] + a[SIZE + i] * b[SIZE + j] + a[2 * SIZE + i] * b[2 * SIZE + j];
+    for (int v = 0; v < VECTORS; ++v) {
+      double* const at = block + j * STRIDE + 4 * v;
+      const Doubles difference = load(at) - rows[0][v] * b[j] - rows[1][v] * b[STRIDE + j] -
+                                 rows[2][v] * b[2 * STRIDE + j];
+      std::memcpy(at, &difference, sizeof(difference));
+    }
 }
 
 /** The blocks of one column that one point has a part in. */
@@ -61,6 +80,7 @@ ReducedSystem<SIZE>::ReducedSystem(const AdjustmentTerms& terms, int num_threads
 {
   findStructure();
   observations_.resize(terms.observations.size());
+  eliminated_.resize(terms.observations.size(), Columns::Zero());
   points_.resize(terms.points.size());
   calibration_of_chunk_.resize(numChunks());
   calibration_by_image_.resize(numImages());
@@ -214,7 +234,7 @@ ReducedSystem<SIZE>::eliminatePoints(std::size_t chunk)
     point.gradient = gradient;
     point.reduced_gradient = point.root.transpose() * gradient;
     for (std::size_t k = first; k < last; ++k)
-      observations_[k].eliminated =
+      eliminated_[k].template topRows<SIZE>() =
           observations_[k].by_image.transpose() * (by_point[k - first] * point.root);
     if (m == 0)
       continue;
@@ -235,7 +255,7 @@ ReducedSystem<SIZE>::sumColumn(std::size_t image)
     blocks_[k].setZero();
     block_of[std::size_t(rows_[k])] = blocks_[k].data();
   }
-  Block own = Block::Zero();
+  Square own = Square::Zero();
   Eigen::Matrix<double, SIZE, 1> gradient = Eigen::Matrix<double, SIZE, 1>::Zero(), reduced = gradient;
   Eigen::MatrixXd& by_calibration = calibration_by_image_[image];
   by_calibration.setZero(numCalibrated(), SIZE);
@@ -243,26 +263,28 @@ ReducedSystem<SIZE>::sumColumn(std::size_t image)
   std::vector<double*> targets;
   for (const std::size_t k : observations_of_[image]) {
     const ObservationTerms& o = observations_[k];
+    const Columns& eliminated = eliminated_[k];
     const std::size_t p = std::size_t(terms_.observations[k].point);
     own += o.by_image.transpose() * o.by_image;
     gradient += o.by_image.transpose() * o.residual;
-    reduced -= o.eliminated * points_[p].reduced_gradient;
+    reduced -= eliminated.template topRows<SIZE>() * points_[p].reduced_gradient;
     factors.clear();
     targets.clear();
     for (std::size_t j = terms_.first_observation[p]; j < terms_.first_observation[p + 1]; ++j) {
       const std::size_t other = std::size_t(terms_.observations[j].image);
       if (other < image || other >= numImages())
         continue;
-      factors.push_back(observations_[j].eliminated.data());
+      factors.push_back(eliminated_[j].data());
       targets.push_back(block_of[other]);
     }
     const auto subtract = SIZE == 6 ? subtractProducts6 : subtractProducts9;
-    subtract(o.eliminated.data(), factors.data(), targets.data(), factors.size());
+    subtract(eliminated.data(), factors.data(), targets.data(), factors.size());
     if (numCalibrated() > 0)
       by_calibration += by_calibration_[k].transpose() * o.by_image -
-                        points_by_calibration_[p].transpose() * o.eliminated.transpose();
+                        points_by_calibration_[p].transpose() *
+                            eliminated.template topRows<SIZE>().transpose();
   }
-  blocks_[first_row_[image]] += own;
+  blocks_[first_row_[image]].template topRows<SIZE>() += own;
   const Eigen::Index at = SIZE * Eigen::Index(image);
   diagonal_.segment<SIZE>(at) = own.diagonal();
   gradient_.segment<SIZE>(at) = gradient;
@@ -320,7 +342,7 @@ ReducedSystem<SIZE>::addPriors(const AdjustmentState& state)
     for (int k = 6; k < SIZE; ++k)
       add(at + k, own(k, k), state.depth_errors[i][k - 6], terms_.depthErrorDeviation());
     if (!terms_.images[i].pose_moves)
-      own.diagonal().template head<6>().setOnes();
+      own.template topLeftCorner<6, 6>().diagonal().setOnes();
   }
   for (Eigen::Index k = 0; k < numCalibrated(); ++k) {
     const int parameter = terms_.calibrated[std::size_t(k)];
@@ -435,7 +457,8 @@ ReducedSystem<SIZE>::substituteBack(std::size_t chunk,
     Eigen::Vector3d right = point.reduced_gradient;
     for (std::size_t k = terms_.first_observation[p]; k < terms_.first_observation[p + 1]; ++k)
       if (const int image = terms_.observations[k].image; image < int(numImages()))
-        right += observations_[k].eliminated.transpose() * step.segment<SIZE>(SIZE * image);
+        right += eliminated_[k].template topRows<SIZE>().transpose() *
+                 step.segment<SIZE>(SIZE * image);
     if (numCalibrated() > 0)
       right += points_by_calibration_[p] * step.tail(numCalibrated());
     const Eigen::Vector3d moved = -(point.root * right);

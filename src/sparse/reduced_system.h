@@ -43,16 +43,17 @@ public:
   calibrationCovariance();
 
 private:
-  using Block = Eigen::Matrix<double, SIZE, SIZE>;
-  using Rows = Eigen::Matrix<double, 3, SIZE>;
-  using Columns = Eigen::Matrix<double, SIZE, 3>;
+  /** Rows in memory: whole vectors of four, the last rows unused. */
+  static constexpr int STRIDE = (SIZE + 3) / 4 * 4;
+  using Block = Eigen::Matrix<double, STRIDE, SIZE>;
+  using Square = Eigen::Matrix<double, SIZE, SIZE>;
+  using Columns = Eigen::Matrix<double, STRIDE, 3>;
   using Matrix3X = Eigen::Matrix<double, 3, Eigen::Dynamic>;
 
   /** What phase one leaves of an observation by an image that moves. */
   struct ObservationTerms {
-    Rows by_image;
+    Eigen::Matrix<double, 3, SIZE> by_image;
     Eigen::Vector3d residual;
-    Columns eliminated; ///< by_image' by_point L
   };
 
   /** ... and of a point: (by_point' by_point, damped)^-1 = L L'. */
@@ -119,6 +120,7 @@ private:
   std::vector<std::vector<std::size_t>> observations_of_; ///< by image that moves
   // Phase one
   std::vector<ObservationTerms> observations_;
+  std::vector<Columns> eliminated_; ///< by observation: by_image' by_point L
   std::vector<Matrix3X> by_calibration_; ///< by observation
   std::vector<PointTerms> points_;
   std::vector<Matrix3X> points_by_calibration_; ///< (by_calibration' by_point L)'

@@ -95,7 +95,7 @@ weighEight(const RowInput& in, int u, float* out)
 }
 
 // Weights of the pixels [slope_radius, width - slope_radius) of a row.
-BUNDLE_ICP_SIMD_CLONES void
+BUNDLE_ICP_SIMD void
 weightRow(const RowInput& in, float* out)
 {
   const int end = in.width - slope_radius;

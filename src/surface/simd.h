@@ -2,27 +2,13 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #pragma once
 
+#include "common/simd.h"
+
 #include <cstdint>
 #include <cstring>
 #ifdef __SSE__
 #include <xmmintrin.h>
 #endif
-
-/** Compiles a function for several instruction sets and picks one when the library is
- * loaded, where the compiler can. Off under sanitizers, which are not ready when that
- * choice runs. */
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) &&                 \
-    !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#define BUNDLE_ICP_SIMD_CLONES                                                         \
-  __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
-// Vectors are passed between inlined functions only, where the ABI does not matter.
-#pragma GCC diagnostic ignored "-Wpsabi"
-#else
-#define BUNDLE_ICP_SIMD_CLONES
-#endif
-
-/** What a cloned function calls must become part of it. */
-#define BUNDLE_ICP_INLINE inline __attribute__((always_inline))
 
 /** Vectors of eight numbers, those of the compiler, so that one source serves every
  *  instruction set; comparisons give masks of -1 and 0. Only for source files. */

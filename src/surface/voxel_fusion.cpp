@@ -182,7 +182,7 @@ updateColor(const FusionView& view, const Row& row, std::uint32_t* color)
 
 } // namespace
 
-BUNDLE_ICP_SIMD_CLONES bool
+BUNDLE_ICP_SIMD bool
 fuseBlock(const FusionView& view, const float corner[3], std::uint32_t seed,
           VoxelBlock& block)
 {
