@@ -88,6 +88,21 @@ covarianceOf(const Matrix6d& information, const Eigen::Vector3d& position)
   return pivoted * information.inverse() * pivoted.transpose();
 }
 
+/** Information of a dense term on motions of either image that are applied on the left of its pose
+ *  in the world, while the other stays: the adjoint of first_from_world takes them to the first
+ *  camera's frame, where the term holds its own. */
+Matrix6d
+informationInWorld(const RelativePoseTerm& term, const Pose& world_from_first)
+{
+  const Pose first_from_world = world_from_first.inverse();
+  Matrix6d adjoint = Matrix6d::Zero();
+  adjoint.topLeftCorner<3, 3>() = first_from_world.linear();
+  adjoint.bottomRightCorner<3, 3>() = first_from_world.linear();
+  adjoint.bottomLeftCorner<3, 3>() =
+      crossMatrix(first_from_world.translation()) * first_from_world.linear();
+  return adjoint.transpose() * term.information * adjoint;
+}
+
 } // namespace
 
 void
@@ -353,8 +368,14 @@ FrameRegistrar::registerFrameByGeometry(const SparseModel& model,
 }
 
 Matrix6d
-FrameRegistrar::poseCovariance(const SparseModel& model, std::size_t image) const
+FrameRegistrar::poseCovariance(const SparseModel& model,
+                               std::size_t image,
+                               const std::vector<RelativePoseTerm>& terms) const
 {
+  DensePose dense{model.worldFromCamera(image)};
+  for (const RelativePoseTerm& term : terms)
+    if (term.first == image || term.second == image)
+      dense.information += informationInWorld(term, model.worldFromCamera(term.first));
   std::vector<PointObservation> observations;
   for (std::size_t j = 0; j < graph_.features(image).size(); ++j)
     if (const int point = model.pointOf(image, int(j)); point >= 0)
@@ -363,7 +384,7 @@ FrameRegistrar::poseCovariance(const SparseModel& model, std::size_t image) cons
                     model,
                     image,
                     observations,
-                    {},
+                    dense,
                     options_.adjustment,
                     depth_errors_,
                     {model.worldFromCamera(image), model.depthError(image)})

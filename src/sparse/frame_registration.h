@@ -62,9 +62,12 @@ public:
                           const Pose& guess,
                           int num_threads) const;
 
-  /** How well the points that an image of the model sees hold its pose, see ImagePose. */
+  /** How well the points that an image of the model sees, and its dense terms among `terms`, hold
+   *  its pose, see ImagePose. */
   Matrix6d
-  poseCovariance(const SparseModel& model, std::size_t image) const;
+  poseCovariance(const SparseModel& model,
+                 std::size_t image,
+                 const std::vector<RelativePoseTerm>& terms) const;
 
   /** Dense evidence on the motion between two images near their present poses; unset when
    *  their surfaces do not meet. */

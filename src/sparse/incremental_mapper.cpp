@@ -93,6 +93,7 @@ private:
   std::vector<char> failed_;
   std::vector<Matrix6d> covariances_; ///< of the poses of images that are not key images
   std::size_t num_dense_neighbours_;
+  std::vector<RelativePoseTerm> dense_terms_; ///< of the last adjustment
   int calibrated_component_ = -1; ///< the one that the calibration was found in
   ProgressCallback progress_;
 };
@@ -439,9 +440,11 @@ IncrementalMapper::Impl::adjust(SparseModel& model, int component, int max_itera
   if (component == calibrated_component_)
     problem.calibrated = self_calibration_.calibrated;
   const int rounds = !options_.global_adjustment ? 0 : dense ? FINAL_ROUNDS : 1;
+  dense_terms_.clear();
   for (int round = 0; round < rounds; ++round) {
     if (dense && round > 0 && num_dense_neighbours_ > 0)
-      problem.relative_poses = denseTerms(model, problem.variable);
+      dense_terms_ = denseTerms(model, problem.variable);
+    problem.relative_poses = dense_terms_;
     adjustBundle(graph_, problem, options, model);
     model.removeOutliers(graph_, options_.tracks);
     if (dense)
@@ -518,7 +521,7 @@ IncrementalMapper::Impl::applyMotionPrior(SparseModel& model, int component) con
     const bool is_adjusted = graph_.isKey(images[k]) && !registrations_[images[k]].by_geometry;
     measurements[k] = {graph_.timestamp(images[k]),
                        model.worldFromCamera(images[k]),
-                       is_adjusted ? registrar_.poseCovariance(model, images[k])
+                       is_adjusted ? registrar_.poseCovariance(model, images[k], dense_terms_)
                                    : covariances_[images[k]]};
   });
   const std::vector<Pose> poses =

@@ -17,7 +17,7 @@ namespace {
 /** Points per task: sums over a chunk do not depend on the number of threads. */
 constexpr std::size_t CHUNK = 128;
 /** Above so many unknowns a sparse factorisation is faster than a dense one. */
-constexpr Eigen::Index MAX_DENSE = 300;
+constexpr Eigen::Index MAX_DENSE = 400;
 
 /** As in Ceres: the part of the diagonal that is damped never vanishes, measured where columns are
  *  scaled to about unit length. */

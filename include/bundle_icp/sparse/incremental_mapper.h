@@ -54,7 +54,7 @@ struct BUNDLE_ICP_EXPORT MapperOptions {
   std::size_t num_dense_neighbours = 4;
   /** The same where self-calibration finds that images have no depth error of their own: dense
    *  evidence is worth more then. */
-  std::size_t num_exact_dense_neighbours = 10;
+  std::size_t num_exact_dense_neighbours = 20;
   /** Depth errors that all pixels of an image share do not average out over the image: each
    *  image's depth is known as a whole to so many sigma of DepthNoise, as a shift and as a tilt
    *  per unit of x / z. Limits the weight of dense terms, unless self-calibration finds that the scan
