@@ -4,6 +4,8 @@
 
 #include "sparse/pnp_pose.h"
 
+#include <opencv2/core.hpp>
+
 #include <algorithm>
 #include <iomanip>
 #include <set>

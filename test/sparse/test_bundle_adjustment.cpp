@@ -4,25 +4,30 @@
 
 #include "landmarks.h"
 #include "messages.h"
+#include "sparse/residuals.h"
 
 #include <pcl/exceptions.h>
 
 #include <cmath>
+#include <random>
 
 using namespace bundle_icp;
 using namespace bundle_icp::test;
 
 namespace {
 
-/** Six exact views of landmarks, all registered at their true poses. */
+/** Exact views of landmarks, all registered at their true poses. */
 struct Scene {
   Landmarks landmarks{150};
-  std::vector<LandmarkView> views = landmarkViews(landmarks, 6);
-  ImageGraph graph = toGraph(landmarks, views);
-  SparseModel model{6};
+  std::vector<LandmarkView> views;
+  ImageGraph graph;
+  SparseModel model;
   BundleAdjustmentProblem problem;
 
-  Scene()
+  explicit Scene(unsigned num_images = 6)
+  : views(landmarkViews(landmarks, num_images))
+  , graph(toGraph(landmarks, views))
+  , model(num_images)
   {
     for (std::size_t i = 0; i < views.size(); ++i) {
       model.registerImage(graph, i, views[i].world_from_camera, 0, {});
@@ -146,6 +151,110 @@ TEST(AdjustBundle, CostNeverRisesAndTheOptimumStays)
   Scene exact;
   adjustBundle(exact.graph, exact.problem, {}, exact.model);
   EXPECT_LT(exact.largestPoseError(), 1e-6);
+}
+
+namespace {
+
+/** A scene whose pixels are off by half a pixel, some by more than can be true. */
+struct NoisyScene : Scene {
+  explicit NoisyScene(unsigned num_images) : Scene(num_images)
+  {
+    std::mt19937 random(3);
+    std::normal_distribution<float> normal(0, 0.5f);
+    for (LandmarkView& view : views)
+      for (std::size_t j = 0; j < view.features.size(); ++j)
+        view.features.pixels[j] += (j % 20 == 0 ? 5.0f : 1.0f) *
+                                   Eigen::Vector2f(normal(random), normal(random));
+    graph = toGraph(landmarks, views);
+    perturb();
+  }
+
+  /** The same adjustment by Ceres' own solver. \return its final cost */
+  double
+  costByCeres() const
+  {
+    std::vector<PoseBlock> poses;
+    std::vector<Eigen::Vector3d> points;
+    CalibrationVector calibration = CalibrationVector::Zero();
+    DepthError depth_error = DepthError::Zero();
+    for (std::size_t i = 0; i < model.numImages(); ++i)
+      poses.emplace_back(model.worldFromCamera(i));
+    for (const ScenePoint& point : model.points())
+      points.push_back(point.position);
+    const BundleAdjustmentOptions options;
+    const ImageMeasurement measurement{graph.camera()};
+    ceres::Problem ceres_problem;
+    for (std::size_t p = 0; p < points.size(); ++p)
+      for (const Observation& o : model.points()[p].track) {
+        const Features& features = graph.features(o.image);
+        double* const pose = poses[o.image].values;
+        double* const point = points[p].data();
+        ceres_problem.AddResidualBlock(new PixelResidual(measurement, features, o.feature),
+                                       new ceres::CauchyLoss(options.loss_scale),
+                                       pose,
+                                       point,
+                                       calibration.data());
+        ceres_problem.AddResidualBlock(
+            new DepthResidual(measurement, model.depthNoise(), features, o.feature),
+            new ceres::CauchyLoss(options.loss_scale),
+            pose,
+            point,
+            calibration.data(),
+            depth_error.data());
+      }
+    for (PoseBlock& pose : poses)
+      ceres_problem.SetManifold(pose.values, new PoseManifold);
+    ceres_problem.SetParameterBlockConstant(poses[0].values);
+    ceres_problem.SetParameterBlockConstant(calibration.data());
+    ceres_problem.SetParameterBlockConstant(depth_error.data());
+    ceres::Solver::Options solver;
+    solver.linear_solver_type = ceres::DENSE_SCHUR;
+    solver.function_tolerance = 1e-10;
+    solver.max_num_iterations = 100;
+    ceres::Solver::Summary summary;
+    ceres::Solve(solver, &ceres_problem, &summary);
+    return summary.final_cost;
+  }
+};
+
+} // namespace
+
+TEST(AdjustBundle, ReachesTheCostThatCeresReaches)
+{
+  for (const unsigned num_images : {6, 70}) { // a dense factorisation, and a sparse one
+    NoisyScene scene(num_images);
+    const double expected = scene.costByCeres();
+    BundleAdjustmentOptions options;
+    options.function_tolerance = 1e-10;
+    options.max_iterations = 100;
+    const BundleAdjustmentResult result =
+        adjustBundle(scene.graph, scene.problem, options, scene.model);
+    EXPECT_GT(result.initial_cost, 2 * expected) << num_images;
+    EXPECT_NEAR(result.final_cost, expected, 1e-6 * expected) << num_images;
+  }
+}
+
+TEST(AdjustBundle, DoesNotDependOnThreads)
+{
+  const auto adjusted = [](int num_threads) {
+    NoisyScene scene(50);
+    scene.problem.depth_errors = true;
+    scene.problem.calibrated = {CalibrationParameter::FOCAL_X, CalibrationParameter::DEPTH_BIAS};
+    BundleAdjustmentOptions options;
+    options.num_threads = num_threads;
+    adjustBundle(scene.graph, scene.problem, options, scene.model);
+    return scene.model;
+  };
+  const SparseModel one = adjusted(1), two = adjusted(2), three = adjusted(3);
+  for (const SparseModel* other : {&two, &three}) {
+    EXPECT_EQ(one.calibration().values, other->calibration().values);
+    for (std::size_t i = 0; i < one.numImages(); ++i) {
+      EXPECT_EQ(one.worldFromCamera(i).matrix(), other->worldFromCamera(i).matrix());
+      EXPECT_EQ(one.depthError(i), other->depthError(i));
+    }
+    for (std::size_t p = 0; p < one.points().size(); ++p)
+      EXPECT_EQ(one.points()[p].position, other->points()[p].position);
+  }
 }
 
 TEST(AdjustBundle, IsTheSameFromRunToRun)
