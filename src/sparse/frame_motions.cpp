@@ -19,6 +19,8 @@ constexpr double REACH = 0.8;
 constexpr double SAME_TIME = 1e-3;
 constexpr std::size_t MAX_PER_SIDE = 2;
 constexpr int DEGREE = 3;
+/** Motions are extrapolated by at most so many times the step that they were seen over. */
+constexpr double MAX_EXTRAPOLATION = 3;
 
 struct Sample {
   double time;       ///< relative to the image [s]
@@ -49,13 +51,35 @@ slope(const std::vector<Sample>& samples)
 
 } // namespace
 
+std::vector<std::size_t>
+byTime(const ImageGraph& graph, std::vector<std::size_t> images)
+{
+  std::stable_sort(images.begin(), images.end(), [&graph](std::size_t a, std::size_t b) {
+    return graph.timestamp(a) < graph.timestamp(b);
+  });
+  return images;
+}
+
+Pose
+extrapolatedPose(const ImageGraph& graph,
+                 const SparseModel& model,
+                 std::size_t before,
+                 std::size_t last,
+                 std::size_t image)
+{
+  const Pose& pose = model.worldFromCamera(last);
+  const double step = graph.timestamp(last) - graph.timestamp(before);
+  const double ahead = graph.timestamp(image) - graph.timestamp(last);
+  if (step == 0 || !(std::abs(ahead / step) < MAX_EXTRAPOLATION))
+    return pose;
+  const Pose motion = model.worldFromCamera(before).inverse() * pose;
+  return pose * increment(ahead / step * logarithm(motion));
+}
+
 void
 estimateMotions(const ImageGraph& graph, int component, SparseModel& model)
 {
-  std::vector<std::size_t> by_time = model.registeredImages(component);
-  std::stable_sort(by_time.begin(), by_time.end(), [&graph](std::size_t a, std::size_t b) {
-    return graph.timestamp(a) < graph.timestamp(b);
-  });
+  const std::vector<std::size_t> by_time = byTime(graph, model.registeredImages(component));
   const int count = int(by_time.size());
   for (int k = 0; k < count; ++k) {
     const std::size_t image = by_time[std::size_t(k)];

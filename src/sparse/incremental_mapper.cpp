@@ -3,26 +3,20 @@
 #include <bundle_icp/sparse/incremental_mapper.h>
 
 #include "common/parallel.h"
+#include "sparse/component_adjustment.h"
 #include "sparse/frame_motions.h"
-#include "sparse/frame_registration.h"
-#include "sparse/trajectory_smoothing.h"
 
 #include <pcl/exceptions.h>
 
 #include <algorithm>
 #include <numeric>
+#include <optional>
 
 namespace bundle_icp {
 namespace {
 
-/** Rounds of adjustment and outlier removal that end a component. */
-constexpr int FINAL_ROUNDS = 2;
-/** Iterations of the adjustments in between: the model will change again. */
-constexpr int INTERMEDIATE_ITERATIONS = 6;
 /** Images that hold a local adjustment in place. */
 constexpr std::size_t NUM_HELD = 10;
-/** Fewer images do not tell how smoothly the camera moves. */
-constexpr std::size_t MIN_FOR_MOTION_PRIOR = 20;
 
 } // namespace
 
@@ -36,15 +30,20 @@ public:
   , registrar_(graph_, depth_views_, options_)
   , visibility_(graph.size())
   , covariances_(graph.size())
-  , num_dense_neighbours_(options.num_dense_neighbours)
+  , adjuster_(graph_, registrar_, options_)
   {
   }
 
   bool
   run(SparseModel& model, const ProgressCallback& progress);
 
+  const SelfCalibrationResult&
+  selfCalibration() const
+  {
+    return adjuster_.selfCalibration();
+  }
+
   std::vector<ImageRegistration> registrations_;
-  SelfCalibrationResult self_calibration_;
 
 private:
   static MapperOptions
@@ -68,19 +67,11 @@ private:
   void
   updateVisibility(const SparseModel& model, std::size_t image, int component);
   void
-  findMotions(SparseModel& model, int component) const;
-  void
-  calibrate(SparseModel& model, int component);
-  void
-  adjust(SparseModel& model, int component, int max_iterations, bool dense);
-  std::vector<RelativePoseTerm>
-  denseTerms(const SparseModel& model, const std::vector<std::size_t>& images) const;
+  updateVisibilities(const SparseModel& model, int component);
   void
   registerByTime(SparseModel& model, int component);
   void
-  applyMotionPrior(SparseModel& model, int component) const;
-  std::vector<std::size_t>
-  byTime(std::vector<std::size_t> images) const;
+  registerInOrder(SparseModel& model, int component, const std::vector<std::size_t>& order);
   bool
   report(const SparseModel& model) const;
 
@@ -91,10 +82,9 @@ private:
   /** V of equation (4) for the component that grows. */
   std::vector<std::size_t> visibility_;
   std::vector<char> failed_;
-  std::vector<Matrix6d> covariances_; ///< of the poses of images that are not key images
-  std::size_t num_dense_neighbours_;
-  std::vector<RelativePoseTerm> dense_terms_; ///< of the last adjustment
-  int calibrated_component_ = -1; ///< the one that the calibration was found in
+  /** Of poses that were found on their own, not adjusted with the others. */
+  std::vector<std::optional<Matrix6d>> covariances_;
+  ComponentAdjuster adjuster_;
   ProgressCallback progress_;
 };
 
@@ -147,7 +137,7 @@ IncrementalMapper::run(SparseModel& model, const ProgressCallback& progress)
 const SelfCalibrationResult&
 IncrementalMapper::selfCalibration() const
 {
-  return impl_->self_calibration_;
+  return impl_->selfCalibration();
 }
 
 const std::vector<ImageRegistration>&
@@ -176,13 +166,14 @@ IncrementalMapper::Impl::registerComponents(SparseModel& model)
   for (int component = 0; initialise(model, component); ++component) {
     if (!grow(model, component, true))
       return false;
-    calibrate(model, component);
-    adjust(model, component, options_.adjustment.max_iterations, true);
+    adjuster_.calibrate(model, component);
+    adjuster_.adjustFinally(model, component);
+    updateVisibilities(model, component);
     // Images that only look like others: registered against the finished model
     if (!grow(model, component, false))
       return false;
     registerByTime(model, component);
-    applyMotionPrior(model, component);
+    adjuster_.applyMotionPrior(model, component, covariances_);
   }
   return true;
 }
@@ -307,12 +298,13 @@ IncrementalMapper::Impl::registerBatch(SparseModel& model,
     }
     else
       model.registerImage(batch[k], slots[k].world_from_camera, component);
-    covariances_[batch[k]] = slots[k].covariance;
+    if (!graph_.isKey(batch[k]))
+      covariances_[batch[k]] = slots[k].covariance;
     model.setDepthError(batch[k], slots[k].depth_error);
     updateVisibility(model, batch[k], component);
   }
   BundleAdjustmentOptions local = options_.adjustment;
-  local.max_iterations = INTERMEDIATE_ITERATIONS;
+  local.max_iterations = ComponentAdjuster::INTERMEDIATE_ITERATIONS;
   adjustLocally(graph_, keys, NUM_HELD, local, model);
   return registered;
 }
@@ -338,119 +330,17 @@ IncrementalMapper::Impl::grow(SparseModel& model, int component, bool keys_only)
     if (!report(model))
       return false;
     if (keys_only && double(size) >= next_adjustment) {
-      adjust(model, component, INTERMEDIATE_ITERATIONS, false);
+      adjuster_.adjustInBetween(model, component);
+      updateVisibilities(model, component);
       next_adjustment = double(size) * options_.adjustment_growth;
     }
   }
 }
 
-std::vector<RelativePoseTerm>
-IncrementalMapper::Impl::denseTerms(const SparseModel& model,
-                                    const std::vector<std::size_t>& images) const
-{
-  std::vector<std::pair<std::size_t, std::size_t>> pairs;
-  for (const std::size_t image : images) {
-    std::size_t count = 0;
-    for (const Neighbour& neighbour :
-         registrar_.registeredNeighbours(model, image, model.component(image))) {
-      if (count == num_dense_neighbours_)
-        break;
-      if (!graph_.isKey(neighbour.image))
-        continue;
-      ++count;
-      pairs.emplace_back(std::min(image, neighbour.image), std::max(image, neighbour.image));
-    }
-  }
-  std::sort(pairs.begin(), pairs.end());
-  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
-  std::vector<std::optional<RelativePoseTerm>> slots(pairs.size());
-  parallelFor(pairs.size(), options_.num_threads, {}, [&](std::size_t k) {
-    slots[k] = registrar_.registerPair(model, pairs[k].first, pairs[k].second);
-  });
-  std::vector<RelativePoseTerm> terms;
-  for (const auto& slot : slots)
-    if (slot)
-      terms.push_back(*slot);
-  return terms;
-}
-
-/** Motions from the poses of all images, of those that are not registered yet from their visual
- *  poses: key images alone are too far apart in time. */
+/** An adjustment may have changed the tracks of all images. */
 void
-IncrementalMapper::Impl::findMotions(SparseModel& model, int component) const
+IncrementalMapper::Impl::updateVisibilities(const SparseModel& model, int component)
 {
-  SparseModel placed = model;
-  std::vector<std::size_t> others;
-  for (std::size_t i = 0; i < graph_.size(); ++i)
-    if (!model.isRegistered(i) && visibility_[i] > 0 && graph_.exclusion(i).empty())
-      others.push_back(i);
-  std::vector<FrameRegistration> slots(others.size());
-  parallelFor(others.size(), options_.num_threads, {}, [&](std::size_t k) {
-    slots[k] = registrar_.registerVisually(model, others[k], component);
-  });
-  for (std::size_t k = 0; k < others.size(); ++k)
-    if (slots[k].report.registered)
-      placed.registerImage(others[k], slots[k].world_from_camera, component);
-  estimateMotions(graph_, component, placed);
-  for (const std::size_t image : placed.registeredImages(component))
-    model.setMotion(image, placed.motion(image));
-}
-
-/** Self-calibration, in the first component that is large enough for it. */
-void
-IncrementalMapper::Impl::calibrate(SparseModel& model, int component)
-{
-  std::vector<std::size_t> keys;
-  for (const std::size_t image : model.registeredImages(component))
-    if (graph_.isKey(image))
-      keys.push_back(image);
-  const bool moving = model.calibration()[CalibrationParameter::READOUT] != 0 ||
-                      model.calibration()[CalibrationParameter::TIME_OFFSET] != 0;
-  const bool tests = options_.self_calibration && calibrated_component_ < 0 &&
-                     keys.size() >= options_.calibration_test.min_images;
-  if (!moving && !tests)
-    return;
-  adjust(model, component, INTERMEDIATE_ITERATIONS, false);
-  findMotions(model, component);
-  if (!tests)
-    return;
-  SelfCalibrationOptions test = options_.calibration_test;
-  test.num_threads = options_.num_threads;
-  self_calibration_ = selfCalibrate(graph_, keys, options_.adjustment, test, model);
-  if (options_.calibration_test.depth_errors) {
-    registrar_.setDepthErrors(self_calibration_.depth_errors);
-    if (!self_calibration_.depth_errors && options_.num_dense_neighbours > 0)
-      num_dense_neighbours_ = options_.num_exact_dense_neighbours;
-  }
-  calibrated_component_ = component;
-}
-
-/** Global bundle adjustment over the key images of a component; `dense` makes it the final
- *  one, with all evidence and outliers removed in between. */
-void
-IncrementalMapper::Impl::adjust(SparseModel& model, int component, int max_iterations, bool dense)
-{
-  BundleAdjustmentProblem problem;
-  for (const std::size_t image : model.registeredImages(component))
-    if (graph_.isKey(image))
-      problem.variable.push_back(image);
-  BundleAdjustmentOptions options = options_.adjustment;
-  options.max_iterations = max_iterations;
-  problem.depth_errors = self_calibration_.depth_errors;
-  if (component == calibrated_component_)
-    problem.calibrated = self_calibration_.calibrated;
-  const int rounds = !options_.global_adjustment ? 0 : dense ? FINAL_ROUNDS : 1;
-  dense_terms_.clear();
-  for (int round = 0; round < rounds; ++round) {
-    if (dense && round > 0 && num_dense_neighbours_ > 0)
-      dense_terms_ = denseTerms(model, problem.variable);
-    problem.relative_poses = dense_terms_;
-    adjustBundle(graph_, problem, options, model);
-    model.removeOutliers(graph_, options_.tracks);
-    if (dense)
-      for (const std::size_t image : problem.variable)
-        model.extendTracks(graph_, image, options_.tracks);
-  }
   for (std::size_t i = 0; i < graph_.size(); ++i)
     if (!model.isRegistered(i))
       visibility_[i] = model.visibility(graph_, i, component);
@@ -465,69 +355,37 @@ IncrementalMapper::Impl::registerByTime(SparseModel& model, int component)
     return;
   std::vector<std::size_t> all(graph_.size());
   std::iota(all.begin(), all.end(), 0);
-  std::vector<std::size_t> by_time = byTime(std::move(all));
-  const auto visit = [&](const std::vector<std::size_t>& order) {
-    for (std::size_t k = 1; k < order.size(); ++k) {
-      const std::size_t image = order[k], last = order[k - 1];
-      if (model.isRegistered(image) || model.component(last) != component ||
-          registrations_[image].reason.rfind("blurred", 0) == 0)
-        continue;
-      // Constant velocity, when the neighbour before is known too
-      Pose guess = model.worldFromCamera(last);
-      std::vector<Neighbour> neighbours{{last, 0}};
-      if (k >= 2 && model.component(order[k - 2]) == component) {
-        const double step = graph_.timestamp(last) - graph_.timestamp(order[k - 2]);
-        const double ahead = graph_.timestamp(image) - graph_.timestamp(last);
-        const Pose motion =
-            model.worldFromCamera(order[k - 2]).inverse() * model.worldFromCamera(last);
-        if (step != 0 && std::abs(ahead / step) < 3)
-          guess = guess * increment(ahead / step * logarithm(motion));
-        neighbours.push_back({order[k - 2], 0});
-      }
-      const FrameRegistration registration = registrar_.registerFrameByGeometry(
-          model, image, neighbours, guess, options_.num_threads);
-      registrations_[image] = registration.report;
-      covariances_[image] = registration.covariance;
-      if (registration.report.registered)
-        model.registerImage(image, registration.world_from_camera, component);
-    }
-  };
-  visit(by_time);
-  std::reverse(by_time.begin(), by_time.end());
-  visit(by_time);
+  std::vector<std::size_t> order = byTime(graph_, std::move(all));
+  registerInOrder(model, component, order);
+  std::reverse(order.begin(), order.end());
+  registerInOrder(model, component, order);
 }
 
-std::vector<std::size_t>
-IncrementalMapper::Impl::byTime(std::vector<std::size_t> images) const
-{
-  std::stable_sort(images.begin(), images.end(), [this](std::size_t a, std::size_t b) {
-    return graph_.timestamp(a) < graph_.timestamp(b);
-  });
-  return images;
-}
-
-/** Each image was registered on its own, and the errors of neighbours in time are independent;
- *  the motion between them is not. */
+/** Each image after the one before it, if that has a pose. */
 void
-IncrementalMapper::Impl::applyMotionPrior(SparseModel& model, int component) const
+IncrementalMapper::Impl::registerInOrder(SparseModel& model,
+                                         int component,
+                                         const std::vector<std::size_t>& order)
 {
-  if (!options_.motion_prior || !options_.ordered_in_time)
-    return;
-  const std::vector<std::size_t> images = byTime(model.registeredImages(component));
-  if (images.size() < MIN_FOR_MOTION_PRIOR)
-    return;
-  std::vector<PoseMeasurement> measurements(images.size());
-  parallelFor(images.size(), options_.num_threads, {}, [&](std::size_t k) {
-    const bool is_adjusted = graph_.isKey(images[k]) && !registrations_[images[k]].by_geometry;
-    measurements[k] = {graph_.timestamp(images[k]),
-                       model.worldFromCamera(images[k]),
-                       is_adjusted ? registrar_.poseCovariance(model, images[k], dense_terms_)
-                                   : covariances_[images[k]]};
-  });
-  const std::vector<Pose> poses =
-      smoothTrajectory(measurements, estimateMotionPrior(measurements));
-  for (std::size_t k = 0; k < images.size(); ++k)
-    model.setWorldFromCamera(images[k], poses[k]);
+  for (std::size_t k = 1; k < order.size(); ++k) {
+    const std::size_t image = order[k], last = order[k - 1];
+    if (model.isRegistered(image) || model.component(last) != component ||
+        registrations_[image].reason.rfind("blurred", 0) == 0)
+      continue;
+    Pose guess = model.worldFromCamera(last);
+    std::vector<Neighbour> neighbours{{last, 0}};
+    if (k >= 2 && model.component(order[k - 2]) == component) {
+      guess = extrapolatedPose(graph_, model, order[k - 2], last, image);
+      neighbours.push_back({order[k - 2], 0});
+    }
+    const FrameRegistration registration = registrar_.registerFrameByGeometry(
+        model, image, neighbours, guess, options_.num_threads);
+    registrations_[image] = registration.report;
+    if (!registration.report.registered)
+      continue;
+    covariances_[image] = registration.covariance;
+    model.registerImage(image, registration.world_from_camera, component);
+  }
 }
 
 } // namespace bundle_icp
