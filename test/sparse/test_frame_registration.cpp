@@ -31,7 +31,7 @@ struct DensePair {
     Matrix6d root = Matrix6d::Zero();
     for (int i = 0; i < 6; ++i)
       for (int j = 0; j <= i; ++j)
-        root(i, j) = i == j ? 200 + 50 * i : 10 * (i - 2 * j);
+        root(i, j) = i == j ? 4000 + 1000 * i : 200 * (i - 2 * j);
     term.information = root * root.transpose();
   }
 

@@ -98,6 +98,17 @@ TEST(AdjustPose, StrongerEvidenceWins)
   EXPECT_LT(distance(held, dense.world_from_camera), 1e-3);
 }
 
+TEST(AdjustPose, WithoutAnyEvidenceThePoseIsKnownToBeUnknown)
+{
+  const Scene scene;
+  const Pose guess = randomMotion(2, 0.5, 0.5);
+  const ImagePose pose = adjustPose(toGraph(scene.landmarks, {scene.view}), SparseModel(1), 0,
+                                    {}, {}, {}, false, {guess});
+  ASSERT_TRUE(pose.covariance.allFinite());
+  EXPECT_GE(largestDeviation(pose.covariance.topLeftCorner<3, 3>()), 0.99);
+  EXPECT_GE(largestDeviation(pose.covariance.bottomRightCorner<3, 3>()), 0.99);
+}
+
 TEST(AdjustPose, WithoutAnyEvidenceItStays)
 {
   const Scene scene;
