@@ -13,12 +13,6 @@
 #include <set>
 
 namespace bundle_icp {
-namespace {
-
-/** Points per task: sums over a chunk do not depend on the number of threads. */
-constexpr std::size_t CHUNK = 256;
-
-} // namespace
 
 AdjustmentTerms::AdjustmentTerms(const ImageGraph& graph,
                                  const BundleAdjustmentProblem& problem,
@@ -41,6 +35,7 @@ AdjustmentTerms::AdjustmentTerms(const ImageGraph& graph,
   for (const CalibrationParameter parameter : problem.calibrated)
     calibrated.push_back(int(parameter));
   std::sort(calibrated.begin(), calibrated.end());
+  calibrated.erase(std::unique(calibrated.begin(), calibrated.end()), calibrated.end());
 }
 
 void
@@ -58,7 +53,8 @@ AdjustmentTerms::addImages(const BundleAdjustmentProblem& problem, const SparseM
   };
   for (std::size_t k = 0; k < problem.variable.size(); ++k) {
     // The image that is held to fix the gauge has a depth error like any other.
-    const bool fixes_gauge = k == 0 && problem.constant.empty();
+    const bool fixes_gauge =
+        problem.constant.empty() && problem.variable[k] == problem.variable.front();
     if (!held.count(problem.variable[k]) && (!fixes_gauge || problem.depth_errors))
       add(problem.variable[k], !fixes_gauge, problem.depth_errors);
   }
@@ -124,27 +120,13 @@ AdjustmentTerms::writeBack(const AdjustmentState& state, SparseModel& model) con
   model.setCalibration(calibration);
 }
 
-/** Cauchy. */
-double
-AdjustmentTerms::robustCost(double squared_error) const
-{
-  const double scale2 = options_.loss_scale * options_.loss_scale;
-  return scale2 * std::log1p(squared_error / scale2);
-}
-
-double
-AdjustmentTerms::robustWeight(double squared_error) const
-{
-  return 1 / (1 + squared_error / (options_.loss_scale * options_.loss_scale));
-}
-
 double
 AdjustmentTerms::cost(const AdjustmentState& state, int num_threads) const
 {
-  std::vector<double> slots((points.size() + CHUNK - 1) / CHUNK, 0.0);
+  std::vector<double> slots(numChunks(), 0.0);
   parallelFor(slots.size(), num_threads, {}, [&](std::size_t chunk) {
-    const std::size_t end = std::min(points.size(), (chunk + 1) * CHUNK);
-    for (std::size_t k = first_observation[chunk * CHUNK]; k < first_observation[end]; ++k) {
+    const auto [first, end] = pointsOf(chunk);
+    for (std::size_t k = first_observation[first]; k < first_observation[end]; ++k) {
       const AdjustedObservation& o = observations[k];
       const AdjustedImage& image = images[std::size_t(o.image)];
       const Features& features = graph_.features(image.image);
@@ -155,13 +137,13 @@ AdjustmentTerms::cost(const AdjustmentState& state, int num_threads) const
       Eigen::Vector2d pixel;
       PixelResidual(image.measurement, features, o.feature)
           .Evaluate(parameters, pixel.data(), nullptr);
-      slots[chunk] += robustCost(pixel.squaredNorm());
+      slots[chunk] += robustCost(pixel.squaredNorm(), options_.loss_scale);
       if (!o.has_depth)
         continue;
       double depth;
       DepthResidual(image.measurement, depth_noise_, features, o.feature)
           .Evaluate(parameters, &depth, nullptr);
-      slots[chunk] += robustCost(depth * depth);
+      slots[chunk] += robustCost(depth * depth, options_.loss_scale);
     }
   });
   double sum = 0;
@@ -208,9 +190,10 @@ AdjustmentTerms::linearise(const AdjustedObservation& o, const AdjustmentState& 
     DepthResidual(image.measurement, depth_noise_, features, o.feature)
         .Evaluate(parameters, &rows.residual[2], depth_jacobians);
   }
-  Eigen::Vector3d weights;
-  weights << Eigen::Vector2d::Constant(std::sqrt(robustWeight(rows.residual.head<2>().squaredNorm()))),
-      std::sqrt(robustWeight(rows.residual[2] * rows.residual[2]));
+  const double scale = options_.loss_scale;
+  const double pixel = std::sqrt(robustWeight(rows.residual.head<2>().squaredNorm(), scale));
+  const double depth = std::sqrt(robustWeight(rows.residual[2] * rows.residual[2], scale));
+  const Eigen::Vector3d weights(pixel, pixel, depth);
   rows.residual = weights.cwiseProduct(rows.residual);
   rows.by_point = weights.asDiagonal() * by_point;
   if (image.pose_moves)

@@ -6,7 +6,9 @@
 
 #include "sparse/residuals.h"
 
+#include <algorithm>
 #include <memory>
+#include <utility>
 #include <vector>
 
 namespace bundle_icp {
@@ -77,6 +79,20 @@ public:
   std::size_t
   numResiduals() const;
 
+  /** Tasks for threads: sums over a chunk of points do not depend on how many there are. */
+  std::size_t
+  numChunks() const
+  {
+    return (points.size() + CHUNK - 1) / CHUNK;
+  }
+
+  /** First point of a chunk, and one past the last. */
+  std::pair<std::size_t, std::size_t>
+  pointsOf(std::size_t chunk) const
+  {
+    return {chunk * CHUNK, std::min(points.size(), (chunk + 1) * CHUNK)};
+  }
+
   /** Prior standard deviations of the number of a DepthError, all the same. */
   double
   depthErrorDeviation() const
@@ -93,17 +109,13 @@ public:
   std::vector<int> calibrated;                  ///< parameters that move, ascending
 
 private:
+  static constexpr std::size_t CHUNK = 128;
+
   void
   addImages(const BundleAdjustmentProblem& problem, const SparseModel& model);
 
   void
   addObservations(const BundleAdjustmentProblem& problem, const SparseModel& model);
-
-  double
-  robustCost(double squared_error) const;
-
-  double
-  robustWeight(double squared_error) const;
 
   const ImageGraph& graph_;
   const BundleAdjustmentOptions& options_;

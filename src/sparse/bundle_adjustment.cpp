@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 
 namespace bundle_icp {
 namespace {
@@ -20,31 +21,37 @@ constexpr double FIRST_DAMPING = 1e-4;
 constexpr double LEAST_DAMPING = 1e-16, LARGEST_DAMPING = 1e32;
 constexpr double LEAST_GAIN = 1e-3; ///< of a step that is taken, over what the linear model promised
 constexpr double PARAMETER_TOLERANCE = 1e-8;
+/** Keeps the normal equations regular where an image has lost all of its observations. */
+constexpr double COVARIANCE_DAMPING = 1e-9;
 
 /** Moves `state` to a minimum of the cost. */
 template <int SIZE>
 BundleAdjustmentResult
 minimise(const AdjustmentTerms& terms, const BundleAdjustmentOptions& options, AdjustmentState& state)
 {
-  ReducedSystem<SIZE> system(terms, options.num_threads);
   BundleAdjustmentResult result;
   result.num_residuals = terms.numResiduals();
   result.final_cost = result.initial_cost = terms.cost(state, options.num_threads);
   result.success = std::isfinite(result.initial_cost);
+  if (terms.num_moving == 0 && terms.calibrated.empty())
+    return result;
+  ReducedSystem<SIZE> system(terms, options.num_threads);
+  bool found_step = false;
   double damping = FIRST_DAMPING, growth = 2;
-  for (result.iterations = 1; result.success && result.iterations <= options.max_iterations;
-       ++result.iterations) {
+  while (result.success && result.iterations < options.max_iterations) {
+    ++result.iterations;
     system.build(state, damping);
     std::optional<AdjustmentStep> step = system.solve(state);
-    if (step && step->relative_length < PARAMETER_TOLERANCE)
-      break;
+    found_step |= step.has_value();
     const double cost = step ? terms.cost(step->state, options.num_threads) : 0;
     const double decrease = result.final_cost - cost;
+    const bool is_settled = step && (step->relative_length < PARAMETER_TOLERANCE ||
+                                     std::abs(decrease) < options.function_tolerance * result.final_cost);
     const double gain = step && step->model_decrease > 0 ? decrease / step->model_decrease : -1;
     if (!(gain > LEAST_GAIN)) {
       damping *= growth;
       growth *= 2;
-      if (damping > LARGEST_DAMPING)
+      if (is_settled || damping > LARGEST_DAMPING)
         break;
       continue;
     }
@@ -52,11 +59,10 @@ minimise(const AdjustmentTerms& terms, const BundleAdjustmentOptions& options, A
     result.final_cost = cost;
     damping = std::max(damping * std::max(1.0 / 3, 1 - std::pow(2 * gain - 1, 3)), LEAST_DAMPING);
     growth = 2;
-    if (decrease < options.function_tolerance * (cost + decrease)) {
-      ++result.iterations;
+    if (is_settled)
       break;
-    }
   }
+  result.success &= found_step;
   PCL_DEBUG("[bundle_icp::adjustBundle] %zu images, %zu observations: cost %g to %g in %d iterations\n",
             terms.images.size(),
             terms.observations.size(),
@@ -71,7 +77,7 @@ Eigen::MatrixXd
 calibrationCovariance(const AdjustmentTerms& terms, const AdjustmentState& state, int num_threads)
 {
   ReducedSystem<SIZE> system(terms, num_threads);
-  system.build(state, 0);
+  system.build(state, COVARIANCE_DAMPING);
   return system.calibrationCovariance();
 }
 
@@ -92,6 +98,7 @@ BundleAdjustmentOptions::isValid(std::string* error) const
                        : !(loss_scale > 0)         ? "loss_scale must be > 0"
                        : !(function_tolerance > 0) ? "function_tolerance must be > 0"
                                                    : !(depth_error_deviation > 0) ? "depth_error_deviation must be > 0"
+                                                   : num_threads < 0 ? "num_threads must be >= 0"
                                                    : nullptr;
   if (reason && error)
     *error = reason;

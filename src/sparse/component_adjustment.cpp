@@ -20,7 +20,7 @@ constexpr std::size_t MIN_FOR_MOTION_PRIOR = 20;
 
 std::vector<RelativePoseTerm>
 ComponentAdjuster::denseTerms(const SparseModel& model,
-                                    const std::vector<std::size_t>& images) const
+                              const std::vector<std::size_t>& images) const
 {
   std::vector<std::pair<std::size_t, std::size_t>> pairs;
   for (const std::size_t image : images) {

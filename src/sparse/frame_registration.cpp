@@ -87,8 +87,7 @@ covarianceOf(const Matrix6d& information, const Eigen::Vector3d& position)
 {
   Matrix6d pivoted = Matrix6d::Identity();
   pivoted.bottomLeftCorner<3, 3>() = -crossMatrix(position);
-  // Directions that nothing holds are known to a metre and a radian, say.
-  return pivoted * (information + Matrix6d::Identity()).inverse() * pivoted.transpose();
+  return pivoted * (information + PRIOR_INFORMATION * Matrix6d::Identity()).inverse() * pivoted.transpose();
 }
 
 /** Information of a dense term on motions of either image that are applied on the left of its pose

@@ -49,8 +49,7 @@ heldBackCost(const ImageGraph& graph,
   std::map<std::size_t, double> cost_of_image;
   for (const std::size_t image : problem.variable)
     cost_of_image[image] = 0;
-  const double scale2 = options.loss_scale * options.loss_scale;
-  const auto robust = [scale2](double squared) { return scale2 * std::log1p(squared / scale2); };
+  const auto robust = [&](double squared) { return robustCost(squared, options.loss_scale); };
   for (const ScenePoint& point : model.points()) {
     if (observationsThatTakePart(problem, images, point).empty())
       continue;

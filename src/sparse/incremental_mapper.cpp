@@ -296,10 +296,10 @@ IncrementalMapper::Impl::registerBatch(SparseModel& model,
           graph_, batch[k], slots[k].world_from_camera, component, options_.tracks);
       keys.push_back(batch[k]);
     }
-    else
+    else {
       model.registerImage(batch[k], slots[k].world_from_camera, component);
-    if (!graph_.isKey(batch[k]))
       covariances_[batch[k]] = slots[k].covariance;
+    }
     model.setDepthError(batch[k], slots[k].depth_error);
     updateVisibility(model, batch[k], component);
   }

@@ -16,10 +16,6 @@ constexpr int MAX_ITERATIONS = 15;
 /** Steps below this [rad, m] end the iteration: far less than any pose is known to. */
 constexpr double STEP_TOLERANCE = 1e-7;
 
-/** What is known of a pose without evidence, as a standard deviation [rad, m]: keeps covariances finite
- *  where nothing, or not everything, is seen. */
-constexpr double PRIOR_DEVIATION = 1;
-
 /** Six numbers of the pose, three of the depth error. */
 constexpr int POSE = 0, DEPTH_ERROR = 6, SIZE = 9;
 using Matrix = Eigen::Matrix<double, SIZE, SIZE>;
@@ -58,13 +54,6 @@ struct NormalEquations {
     gradient.segment(first, count).setZero();
   }
 };
-
-/** Weight of the Cauchy loss. */
-double
-robustWeight(double squared_error, double loss_scale)
-{
-  return 1 / (1 + squared_error / (loss_scale * loss_scale));
-}
 
 void
 addPixel(const ImageMeasurement& measurement,
@@ -178,7 +167,7 @@ adjustPose(const ImageGraph& graph,
   world_by_motion.bottomRightCorner<3, 3>() = -axes;
   world_by_motion.bottomLeftCorner<3, 3>() =
       -axes * crossMatrix(result.world_from_camera.inverse().translation());
-  equations.hessian.diagonal().segment<6>(POSE).array() += 1 / (PRIOR_DEVIATION * PRIOR_DEVIATION);
+  equations.hessian.diagonal().segment<6>(POSE).array() += PRIOR_INFORMATION;
   const Matrix inverse = equations.hessian.ldlt().solve(Matrix::Identity());
   result.covariance =
       world_by_motion * inverse.topLeftCorner<6, 6>() * world_by_motion.transpose();

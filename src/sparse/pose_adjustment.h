@@ -22,12 +22,16 @@ struct DensePose {
   Matrix6d information = Matrix6d::Zero();
 };
 
+/** Of a pose without evidence, on motions about the world's origin [1 / rad^2, 1 / m^2]: keeps covariances
+ *  finite where not everything is seen. */
+constexpr double PRIOR_INFORMATION = 1;
+
 /** The part of the model that one image adds: its pose, and the error that its depth shares. */
 struct ImagePose {
   Pose world_from_camera = Pose::Identity();
   DepthError depth_error = DepthError::Zero();
   /** Of the camera's rotation [rad] and position [m], along the axes of the world, given the
-   *  model; not finite where a direction is open. */
+   *  model; a metre and a radian, or more, where a direction is open. */
   Matrix6d covariance = Matrix6d::Identity();
 };
 

@@ -10,12 +10,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 
 namespace bundle_icp {
 namespace {
 
-/** Points per task: sums over a chunk do not depend on the number of threads. */
-constexpr std::size_t CHUNK = 128;
 /** Above so many unknowns a sparse factorisation is faster than a dense one. */
 constexpr Eigen::Index MAX_DENSE = 400;
 
@@ -82,19 +81,12 @@ ReducedSystem<SIZE>::ReducedSystem(const AdjustmentTerms& terms, int num_threads
   observations_.resize(terms.observations.size());
   eliminated_.resize(terms.observations.size(), Columns::Zero());
   points_.resize(terms.points.size());
-  calibration_of_chunk_.resize(numChunks());
+  calibration_of_chunk_.resize(terms_.numChunks());
   calibration_by_image_.resize(numImages());
   if (numCalibrated() > 0) {
     by_calibration_.resize(terms.observations.size());
     points_by_calibration_.resize(terms.points.size());
   }
-}
-
-template <int SIZE>
-std::size_t
-ReducedSystem<SIZE>::numChunks() const
-{
-  return (terms_.points.size() + CHUNK - 1) / CHUNK;
 }
 
 /** Two images share a block when they see a point together or are a dense pair. */
@@ -172,7 +164,7 @@ ReducedSystem<SIZE>::build(const AdjustmentState& state, double damping)
 {
   state_ = &state;
   damping_ = damping;
-  parallelFor(numChunks(), num_threads_, {}, [this](std::size_t chunk) { eliminatePoints(chunk); });
+  parallelFor(terms_.numChunks(), num_threads_, {}, [this](std::size_t chunk) { eliminatePoints(chunk); });
   diagonal_.setZero(size());
   gradient_.setZero(size());
   reduced_gradient_.setZero(size());
@@ -202,8 +194,8 @@ ReducedSystem<SIZE>::eliminatePoints(std::size_t chunk)
   sums.gradient.setZero(m);
   sums.reduced_gradient.setZero(m);
   std::vector<Eigen::Matrix3d> by_point;
-  const std::size_t end = std::min(terms_.points.size(), (chunk + 1) * CHUNK);
-  for (std::size_t p = chunk * CHUNK; p < end; ++p) {
+  const auto [begin, end] = terms_.pointsOf(chunk);
+  for (std::size_t p = begin; p < end; ++p) {
     const std::size_t first = terms_.first_observation[p], last = terms_.first_observation[p + 1];
     Eigen::Matrix3d hessian = Eigen::Matrix3d::Zero();
     Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
@@ -412,12 +404,12 @@ ReducedSystem<SIZE>::solve(const AdjustmentState& state)
   if (!step.allFinite())
     return std::nullopt;
   AdjustmentStep result{state};
-  // The linear model falls by -(g + damping / 2) step at its minimum, with H step = -g - damping step.
+  // The linear model falls by -(g - D step)' step / 2, since (H + D) step = -g.
   result.model_decrease = -gradient_.dot(step) / 2;
   for (Eigen::Index k = 0; k < size(); ++k)
     result.model_decrease += damping_ * dampedPart(diagonal_[k]) * step[k] * step[k] / 2;
-  std::vector<std::pair<double, double>> of_chunk(numChunks());
-  parallelFor(numChunks(), num_threads_, {}, [&](std::size_t chunk) {
+  std::vector<std::pair<double, double>> of_chunk(terms_.numChunks());
+  parallelFor(terms_.numChunks(), num_threads_, {}, [&](std::size_t chunk) {
     of_chunk[chunk] = substituteBack(chunk, step, result.state);
   });
   double squared_step = step.squaredNorm(), squared_length = state.calibration.squaredNorm();
@@ -451,8 +443,8 @@ ReducedSystem<SIZE>::substituteBack(std::size_t chunk,
                                     AdjustmentState& state) const
 {
   double decrease = 0, squared = 0;
-  const std::size_t end = std::min(terms_.points.size(), (chunk + 1) * CHUNK);
-  for (std::size_t p = chunk * CHUNK; p < end; ++p) {
+  const auto [begin, end] = terms_.pointsOf(chunk);
+  for (std::size_t p = begin; p < end; ++p) {
     const PointTerms& point = points_[p];
     Eigen::Vector3d right = point.reduced_gradient;
     for (std::size_t k = terms_.first_observation[p]; k < terms_.first_observation[p + 1]; ++k)

@@ -90,8 +90,6 @@ private:
   substituteBack(std::size_t chunk, const Eigen::VectorXd& step, AdjustmentState& state) const;
 
   std::size_t
-  numChunks() const;
-  std::size_t
   numImages() const
   {
     return terms_.num_moving;

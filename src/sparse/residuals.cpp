@@ -157,26 +157,6 @@ DepthResidual::Evaluate(double const* const* parameters,
   return true;
 }
 
-PriorResidual::PriorResidual(const Eigen::VectorXd& expected, const Eigen::VectorXd& deviations)
-: expected_(expected), weights_(deviations.cwiseInverse())
-{
-  set_num_residuals(int(expected.size()));
-  mutable_parameter_block_sizes()->push_back(int(expected.size()));
-}
-
-bool
-PriorResidual::Evaluate(double const* const* parameters,
-                        double* residuals,
-                        double** jacobians) const
-{
-  const Eigen::Index n = expected_.size();
-  Eigen::Map<Eigen::VectorXd>(residuals, n) =
-      weights_.cwiseProduct(Eigen::Map<const Eigen::VectorXd>(parameters[0], n) - expected_);
-  if (jacobians && jacobians[0])
-    Eigen::Map<Eigen::MatrixXd>(jacobians[0], n, n) = weights_.asDiagonal();
-  return true;
-}
-
 RelativePoseResidual::RelativePoseResidual(const Pose& first_from_second,
                                            const Matrix6d& information)
 : first_from_second_(first_from_second)

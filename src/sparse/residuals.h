@@ -8,7 +8,23 @@
 
 #include <ceres/ceres.h>
 
+#include <cmath>
+
 namespace bundle_icp {
+
+/** The Cauchy loss on a squared residual, over its sigma: its cost ... */
+inline double
+robustCost(double squared_error, double loss_scale)
+{
+  return loss_scale * loss_scale * std::log1p(squared_error / (loss_scale * loss_scale));
+}
+
+/** ... and its weight in reweighted least squares. */
+inline double
+robustWeight(double squared_error, double loss_scale)
+{
+  return 1 / (1 + squared_error / (loss_scale * loss_scale));
+}
 
 /** A pose as a parameter block: quaternion (x y z w), translation of camera_from_world. */
 struct PoseBlock {
@@ -98,18 +114,6 @@ private:
   Eigen::Vector2d slope_;
   double depth_;
   double weight_;
-};
-
-/** (value - expected) / deviation of each number of a block. */
-class PriorResidual : public ceres::CostFunction {
-public:
-  PriorResidual(const Eigen::VectorXd& expected, const Eigen::VectorXd& deviations);
-  bool
-  Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
-
-private:
-  Eigen::VectorXd expected_;
-  Eigen::VectorXd weights_;
 };
 
 /** Square root of the information times the motion from the measured to the present relative

@@ -319,6 +319,39 @@ TEST(AdjustBundle, RefusesImagesWithoutAPose)
                   "image 4 is not registered");
 }
 
+TEST(AdjustBundle, NothingToMoveMovesNothing)
+{
+  Scene scene;
+  for (const std::vector<std::size_t>& variable :
+       {std::vector<std::size_t>{}, std::vector<std::size_t>{2}, std::vector<std::size_t>{2, 2}}) {
+    scene.problem.variable = variable;
+    const Pose before = scene.model.worldFromCamera(2);
+    EXPECT_TRUE(adjustBundle(scene.graph, scene.problem, {}, scene.model).success);
+    EXPECT_EQ(scene.model.worldFromCamera(2).matrix(), before.matrix());
+  }
+}
+
+TEST(CalibrationDeviations, AreFiniteBesideAnImageThatSeesNothing)
+{
+  Scene scene;
+  scene.problem.calibrated = {CalibrationParameter::FOCAL_X, CalibrationParameter::FOCAL_X};
+  scene.problem.variable = {0, 1, 2, 3};
+  BundleAdjustmentProblem with_blind = scene.problem;
+  SparseModel model(7);
+  std::vector<LandmarkView> views = scene.views;
+  views.push_back({});
+  views.back().features = noFeatures();
+  const ImageGraph graph = toGraph(scene.landmarks, views);
+  for (std::size_t i = 0; i < 6; ++i)
+    model.registerImage(graph, i, views[i].world_from_camera, 0, {});
+  model.registerImage(graph, 6, Pose::Identity(), 0, {});
+  with_blind.variable.push_back(6);
+  const double without =
+      calibrationDeviations(scene.graph, scene.problem, {}, scene.model)[0];
+  EXPECT_GT(without, 0);
+  EXPECT_NEAR(calibrationDeviations(graph, with_blind, {}, model)[0], without, 1e-6 * without);
+}
+
 TEST(AdjustBundle, RefusesInvalidOptions)
 {
   Scene scene;
@@ -335,6 +368,9 @@ TEST(AdjustBundle, RefusesInvalidOptions)
   options = {};
   options.function_tolerance = 0;
   EXPECT_CONTAINS(message(options), "function_tolerance must be > 0");
+  options = {};
+  options.num_threads = -1;
+  EXPECT_CONTAINS(message(options), "num_threads must be >= 0");
   options = {};
   options.depth_error_deviation = 0;
   EXPECT_CONTAINS(message(options), "depth_error_deviation must be > 0");

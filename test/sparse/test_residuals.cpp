@@ -274,15 +274,6 @@ TEST(DepthResidual, JacobiansAreTheNumericOnes)
   }
 }
 
-TEST(PriorResidual, IsTheDistanceInDeviations)
-{
-  const Eigen::Vector3d expected(1, -2, 3), deviations(0.5, 2, 10);
-  const PriorResidual residual(expected, deviations);
-  const Blocks blocks{Eigen::Vector3d(2, -6, 8)};
-  EXPECT_LT((evaluate(residual, blocks) - Eigen::Vector3d(2, -2, 0.5)).norm(), 1e-12);
-  expectJacobians(residual, blocks);
-}
-
 namespace {
 
 /** A positive definite form with coupled directions. */

@@ -49,7 +49,8 @@ struct BUNDLE_ICP_EXPORT BundleAdjustmentOptions {
   bool use_depth = true;
   /** Prior standard deviation of each number of a DepthError [sigma of DepthNoise]. */
   double depth_error_deviation = 2;
-  /** Threads to use, 0 = all; the result does not depend on it. */
+  /** Threads to use, 0 = all; the result does not depend on it. The BLAS under CHOLMOD, which
+   *  factorises what is left of large models, has threads of its own. */
   int num_threads = 0;
 
   bool

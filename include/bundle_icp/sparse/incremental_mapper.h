@@ -70,7 +70,7 @@ struct BUNDLE_ICP_EXPORT MapperOptions {
   bool motion_prior = true;
   /** Whether time stamps tell which images are neighbours. */
   bool ordered_in_time = true;
-  /** Threads to use, 0 = all. */
+  /** Threads to use, 0 = all; for the adjustment, too. */
   int num_threads = 0;
 
   bool
