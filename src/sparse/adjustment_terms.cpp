@@ -8,11 +8,25 @@
 #include <pcl/exceptions.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <set>
 
 namespace bundle_icp {
+namespace {
+
+/** Those of the residuals of an observation: pose, point, calibration, depth error. */
+std::array<const double*, 4>
+parameterBlocks(const AdjustedObservation& o, const AdjustmentState& state)
+{
+  return {state.poses[std::size_t(o.image)].values,
+          state.points[std::size_t(o.point)].data(),
+          state.calibration.data(),
+          state.depth_errors[std::size_t(o.image)].data()};
+}
+
+} // namespace
 
 AdjustmentTerms::AdjustmentTerms(const ImageGraph& graph,
                                  const BundleAdjustmentProblem& problem,
@@ -130,19 +144,16 @@ AdjustmentTerms::cost(const AdjustmentState& state, int num_threads) const
       const AdjustedObservation& o = observations[k];
       const AdjustedImage& image = images[std::size_t(o.image)];
       const Features& features = graph_.features(image.image);
-      const double* parameters[] = {state.poses[std::size_t(o.image)].values,
-                                    state.points[std::size_t(o.point)].data(),
-                                    state.calibration.data(),
-                                    state.depth_errors[std::size_t(o.image)].data()};
+      const auto blocks = parameterBlocks(o, state);
       Eigen::Vector2d pixel;
       PixelResidual(image.measurement, features, o.feature)
-          .Evaluate(parameters, pixel.data(), nullptr);
+          .Evaluate(blocks.data(), pixel.data(), nullptr);
       slots[chunk] += robustCost(pixel.squaredNorm(), options_.loss_scale);
       if (!o.has_depth)
         continue;
       double depth;
       DepthResidual(image.measurement, depth_noise_, features, o.feature)
-          .Evaluate(parameters, &depth, nullptr);
+          .Evaluate(blocks.data(), &depth, nullptr);
       slots[chunk] += robustCost(depth * depth, options_.loss_scale);
     }
   });
@@ -169,10 +180,7 @@ AdjustmentTerms::linearise(const AdjustedObservation& o, const AdjustmentState& 
 {
   const AdjustedImage& image = images[std::size_t(o.image)];
   const Features& features = graph_.features(image.image);
-  const double* parameters[] = {state.poses[std::size_t(o.image)].values,
-                                state.points[std::size_t(o.point)].data(),
-                                state.calibration.data(),
-                                state.depth_errors[std::size_t(o.image)].data()};
+  const auto blocks = parameterBlocks(o, state);
   ObservationRows rows;
   Eigen::Matrix<double, 3, 7, Eigen::RowMajor> by_pose;
   Eigen::Matrix<double, 3, 3, Eigen::RowMajor> by_point = Eigen::Matrix3d::Zero();
@@ -180,7 +188,7 @@ AdjustmentTerms::linearise(const AdjustedObservation& o, const AdjustmentState& 
   double* calibration = calibrated.empty() ? nullptr : rows.by_calibration.data();
   double* jacobians[] = {by_pose.data(), by_point.data(), calibration};
   PixelResidual(image.measurement, features, o.feature)
-      .Evaluate(parameters, rows.residual.data(), jacobians);
+      .Evaluate(blocks.data(), rows.residual.data(), jacobians);
   Eigen::RowVector3d by_error = Eigen::RowVector3d::Zero();
   if (o.has_depth) {
     double* depth_jacobians[] = {by_pose.row(2).data(),
@@ -188,7 +196,7 @@ AdjustmentTerms::linearise(const AdjustedObservation& o, const AdjustmentState& 
                                  calibration ? rows.by_calibration.row(2).data() : nullptr,
                                  by_error.data()};
     DepthResidual(image.measurement, depth_noise_, features, o.feature)
-        .Evaluate(parameters, &rows.residual[2], depth_jacobians);
+        .Evaluate(blocks.data(), &rows.residual[2], depth_jacobians);
   }
   const double scale = options_.loss_scale;
   const double pixel = std::sqrt(robustWeight(rows.residual.head<2>().squaredNorm(), scale));
