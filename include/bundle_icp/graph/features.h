@@ -16,11 +16,16 @@ namespace bundle_icp {
 
 /** How features are found and given a depth. */
 struct BUNDLE_ICP_EXPORT FeatureOptions {
-  /** The strongest so many are kept; matching costs grow with its square. */
+  /** The strongest so many are kept, those without depth are dropped then; matching costs grow with
+   *  its square. */
   int max_features = 1200;
   /** Contrast below which SIFT drops a keypoint (of [0, 1] grey levels); OpenCV's own
    *  default 0.04 leaves too few on plain walls, and verification is not misled by faint ones. */
   double contrast_threshold = 0.005;
+  /** SIFT sees the image reduced by this integer factor, before it doubles it for its finest octave;
+   *  less where the shorter side would fall below 240 px. The pixels of a consumer camera hold
+   *  little at their own scale: 2 takes a third of the time of 1, and poses are more accurate. */
+  int image_reduction = 2;
   /** Half size of the window from which a keypoint's depth is taken [px]. */
   int depth_radius = 3;
   /** A step of more than this many sigma inside the window is a depth edge: no depth. */
