@@ -2,6 +2,8 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "depth_view_store.h"
 
+#include "registration/reduce_depth.h"
+
 namespace bundle_icp {
 
 DepthViewStore::DepthViewStore(const CameraIntrinsics& camera,
@@ -21,7 +23,7 @@ DepthViewStore::resize(std::size_t count)
 void
 DepthViewStore::set(std::size_t index, const cv::Mat& depth)
 {
-  depths_[index] = makeDepthView(depth, camera_, reduction_, options_).depth;
+  depths_[index] = reduceDepth(depth, camera_, reduction_, options_);
 }
 
 std::shared_ptr<const DepthView>

@@ -8,7 +8,6 @@
 #include <bundle_icp/registration/virtual_depth.h>
 
 #include <opencv2/imgproc.hpp>
-#include <pcl/exceptions.h>
 
 #include <algorithm>
 #include <cmath>
@@ -335,46 +334,15 @@ fillNormalsAndWeights(DepthView& view, const VirtualDepthOptions& options)
   }
 }
 
-void
-checkInput(const cv::Mat& depth, const CameraIntrinsics& camera, int reduction,
-           const VirtualDepthOptions& options)
-{
-  std::string error;
-  if (!options.isValid(&error) || !camera.isValid(&error))
-    throw pcl::BadArgumentException("makeDepthView: " + error);
-  if (depth.type() != CV_32FC1)
-    throw pcl::BadArgumentException("makeDepthView: depth must be CV_32FC1 in metres");
-  if (depth.cols != camera.width || depth.rows != camera.height)
-    throw pcl::BadArgumentException(
-        "makeDepthView: depth image is " + std::to_string(depth.cols) + "x" +
-        std::to_string(depth.rows) + ", the camera has " +
-        std::to_string(camera.width) + "x" + std::to_string(camera.height));
-  if (reduction < 1 || reduction > std::min(depth.cols, depth.rows) / 8)
-    throw pcl::BadArgumentException(
-        "makeDepthView: reduction " + std::to_string(reduction) +
-        " must be at least 1 and leave 8 pixels in each direction");
-}
-
 } // namespace
 
 DepthView
 makeDepthView(const cv::Mat& depth, const CameraIntrinsics& camera, int reduction,
               const VirtualDepthOptions& options)
 {
-  checkInput(depth, camera, reduction, options);
   DepthView view;
-  view.camera = camera.undistorted();
-  if (reduction > 1) {
-    const SurfaceLink linked(camera, options);
-    view.camera = view.camera.reduced(reduction);
-    view.depth =
-        reducedDepth(depth, reduction, linked, resolveThreads(options.num_threads));
-  }
-  else {
-    view.depth = depth.clone();
-  }
-  // Zero, negative and infinite depths mean "not measured", too.
-  view.depth.setTo(NOT_MEASURED, ~((view.depth > 0) & (view.depth < 1e3f)));
+  view.depth = reduceDepth(depth, camera, reduction, options);
+  view.camera = reduction > 1 ? camera.undistorted().reduced(reduction) : camera.undistorted();
   fillNormalsAndWeights(view, options);
   return view;
 }

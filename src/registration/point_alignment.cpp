@@ -24,6 +24,8 @@ constexpr float COARSE_DISTANCE = 0.4f, LAST_DISTANCE = 0.15f;
 /** Misalignment that the coarse levels allow for, tried in this order [m]: wide kernels
  * see far structures pull, narrow ones are not led astray by clutter. */
 constexpr float MISALIGNMENTS[] = {0.1f, 0.03f, 0.3f};
+/** What a pose from visual evidence leaves of it at most [m]. */
+constexpr double VISUAL_MISALIGNMENT = 0.03;
 /** No further kernel is tried once this share of the source lies on the target. */
 constexpr double ENOUGH_OVERLAP = 0.75;
 /** With nearest neighbours, whose unit of length is unknown, the same is a share of the
@@ -294,7 +296,11 @@ Aligner::approach()
   const Pose start = pose_;
   Pose best = start;
   double best_overlap = -1;
+  const double limit = visual_pose_ ? std::min(VISUAL_MISALIGNMENT, problem_.max_misalignment)
+                                    : problem_.max_misalignment;
   for (const float misalignment : MISALIGNMENTS) {
+    if (grid_ && misalignment > float(limit))
+      continue;
     pose_ = start;
     for (std::size_t level = 0; level < coarse; ++level)
       runLevel(level, level == 0 ? misalignment : std::min(misalignment, 0.03f));
@@ -395,6 +401,9 @@ Aligner::run()
   approach();
   const std::size_t last = levels_.size() - 1;
   renderAgain();
+  // Most of the way at a quarter of the cost; the last level then has little left to do.
+  if (grid_)
+    runLevel(last - 1, 0);
   bool done = runLevel(last, 0);
   while (done && renderAgain())
     done = runLevel(last, 0);

@@ -2,7 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #pragma once
 
-#include "depth_edges.h"
+#include <bundle_icp/registration/virtual_depth.h>
 
 #include <opencv2/core/mat.hpp>
 
@@ -10,8 +10,10 @@ namespace bundle_icp {
 
 /** Depth image reduced by an integer factor: each pixel is the average of those of its
  * block that lie on the surface of their median, NaN when that is less than half of
- * them. */
+ * them, or when it is not a distance that can have been measured.
+ *  \throws pcl::BadArgumentException as makeDepthView() does. */
 cv::Mat
-reducedDepth(const cv::Mat& depth, int factor, const SurfaceLink& linked, int threads);
+reduceDepth(const cv::Mat& depth, const CameraIntrinsics& camera, int factor,
+            const VirtualDepthOptions& options);
 
 } // namespace bundle_icp

@@ -54,18 +54,6 @@ warpViews(const std::vector<RegisteredView>& views, const VirtualDepth& out,
   return contributions;
 }
 
-pcl::PointXYZRGBNormal
-makePoint(const Eigen::Vector3f& position, const cv::Vec3f& normal, float sigma)
-{
-  pcl::PointXYZRGBNormal point;
-  point.getVector3fMap() = position;
-  point.normal_x = normal[0];
-  point.normal_y = normal[1];
-  point.normal_z = normal[2];
-  point.curvature = sigma;
-  return point;
-}
-
 /** Organized cloud of a depth image; `sigma(v, u)` gives the standard deviation. */
 template <typename Sigma>
 pcl::PointCloud<pcl::PointXYZRGBNormal>::Ptr
@@ -74,31 +62,32 @@ organizedCloud(const cv::Mat& depth, const cv::Mat& normals,
                const Sigma& sigma)
 {
   pcl::PointCloud<pcl::PointXYZRGBNormal>::Ptr cloud(
-      new pcl::PointCloud<pcl::PointXYZRGBNormal>);
-  cloud->resize(depth.total());
-  cloud->width = static_cast<std::uint32_t>(depth.cols);
-  cloud->height = static_cast<std::uint32_t>(depth.rows);
+      new pcl::PointCloud<pcl::PointXYZRGBNormal>(depth.cols, depth.rows));
   cloud->is_dense = false;
-  const Eigen::Matrix3d rotation = target_from_camera.linear();
-  const Eigen::Matrix3f rotate = rotation.cast<float>();
-  const pcl::PointXYZRGBNormal nothing = makePoint(
-      {NOT_SEEN, NOT_SEEN, NOT_SEEN}, {NOT_SEEN, NOT_SEEN, NOT_SEEN}, NOT_SEEN);
-  for (int v = 0; v < depth.rows; ++v)
+  const Eigen::Matrix3f rotation = target_from_camera.linear().cast<float>();
+  const Eigen::Vector3f position = target_from_camera.translation().cast<float>();
+  const Eigen::Vector3f along_u = rotation.col(0) / float(camera.fx);
+  for (int v = 0; v < depth.rows; ++v) {
+    const Eigen::Vector3f first =
+        (target_from_camera.linear() * camera.unproject(0, v, 1)).cast<float>();
+    const float* const z = depth.ptr<float>(v);
+    const cv::Vec3f* const n = normals.ptr<cv::Vec3f>(v);
+    pcl::PointXYZRGBNormal* const row =
+        &(*cloud)[static_cast<std::size_t>(v) * static_cast<std::size_t>(depth.cols)];
     for (int u = 0; u < depth.cols; ++u) {
-      pcl::PointXYZRGBNormal& point =
-          (*cloud)[static_cast<std::size_t>(v) * static_cast<std::size_t>(depth.cols) +
-                   static_cast<std::size_t>(u)];
-      const float z = depth.at<float>(v, u);
-      point = nothing;
-      if (!(z > 0))
-        continue;
-      const Eigen::Vector3d position =
-          rotation * camera.unproject(u, v, z) + target_from_camera.translation();
-      const cv::Vec3f n = normals.at<cv::Vec3f>(v, u);
-      const Eigen::Vector3f turned = rotate * Eigen::Vector3f(n[0], n[1], n[2]);
-      point = makePoint(position.cast<float>(), {turned.x(), turned.y(), turned.z()},
-                        sigma(v, u));
+      pcl::PointXYZRGBNormal& point = row[u];
+      if (z[u] > 0) {
+        point.getVector3fMap() = z[u] * (first + float(u) * along_u) + position;
+        point.getNormalVector3fMap() = rotation * Eigen::Vector3f(n[u][0], n[u][1], n[u][2]);
+        point.curvature = sigma(v, u);
+      }
+      else {
+        point.getVector3fMap().setConstant(NOT_SEEN);
+        point.getNormalVector3fMap().setConstant(NOT_SEEN);
+        point.curvature = NOT_SEEN;
+      }
     }
+  }
   return cloud;
 }
 

@@ -401,6 +401,7 @@ FrameRegistrar::registerPair(const SparseModel& model, std::size_t first, std::s
   const Pose guess = model.worldFromDepth(first).inverse() * model.worldFromDepth(second);
   DenseBundleICP icp;
   icp.setNumberOfThreads(1);
+  icp.setMaxMisalignment(0); // the poses are adjusted
   icp.setDepthNoise(options_.virtual_depth.noise);
   icp.setCameraIntrinsics(source->camera);
   icp.setInputSource(toPointCloud(*source));

@@ -97,6 +97,12 @@ public:
   void
   setDepthNoise(const DepthNoise& noise);
 
+  /** How far the surfaces may lie apart under the guess of align() [m], 0.3 until set. Less is
+   * faster: below 0.03 projective association starts on its fine levels.
+   *  \throws pcl::BadArgumentException when negative or not finite. */
+  void
+  setMaxMisalignment(double distance);
+
   /** Threads to use, 0 = all (default). \throws pcl::BadArgumentException when
    * negative. */
   void

@@ -67,6 +67,9 @@ struct AlignmentProblem {
   VisualCorrespondences visual;
   DepthNoise noise;
 
+  /** How far the surfaces may lie apart under the guess [m]: the coarse levels of projective
+   * association allow for 0.03, 0.1 and 0.3 m, as far as that is within it. */
+  double max_misalignment = 0.3;
   int max_iterations = 100;
   double max_distance = std::numeric_limits<double>::max(); ///< of a correspondence [m]
   double translation_epsilon =

@@ -216,6 +216,17 @@ BundleICP<PointSource, PointTarget, Scalar>::setDepthNoise(const DepthNoise& noi
 
 template <typename PointSource, typename PointTarget, typename Scalar>
 void
+BundleICP<PointSource, PointTarget, Scalar>::setMaxMisalignment(double distance)
+{
+  if (!(distance >= 0 && std::isfinite(distance)))
+    throw pcl::BadArgumentException("BundleICP::setMaxMisalignment: " +
+                                    std::to_string(distance) +
+                                    " m; expected a finite distance of 0 or more");
+  settings_.max_misalignment = distance;
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+void
 BundleICP<PointSource, PointTarget, Scalar>::setNumberOfThreads(int num_threads)
 {
   if (num_threads < 0)
