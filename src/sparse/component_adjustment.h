@@ -14,7 +14,7 @@ namespace bundle_icp {
 class ComponentAdjuster {
 public:
   /** Iterations of the adjustments in between: the model will change again. */
-  static constexpr int INTERMEDIATE_ITERATIONS = 6;
+  static constexpr int INTERMEDIATE_ITERATIONS = 3;
 
   ComponentAdjuster(const ImageGraph& graph, FrameRegistrar& registrar, const MapperOptions& options)
   : graph_(graph)

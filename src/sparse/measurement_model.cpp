@@ -16,13 +16,18 @@ MeasurementModel::moved(const Eigen::Vector3d& point,
                         Eigen::Matrix3d* by_point,
                         Eigen::Vector3d* by_time) const
 {
-  const Eigen::Matrix3d w = crossMatrix(motion_.head<3>());
-  const Eigen::Matrix3d ww = w * w;
-  if (by_point)
-    *by_point = Eigen::Matrix3d::Identity() + time * w + 0.5 * time * time * ww;
+  const Eigen::Vector3d rotation = motion_.head<3>(), translation = motion_.tail<3>();
+  const Eigen::Vector3d turned = rotation.cross(point), turned_twice = rotation.cross(turned);
+  if (by_point) {
+    by_point->setIdentity();
+    if (time != 0) {
+      const Eigen::Matrix3d w = crossMatrix(rotation);
+      *by_point += time * w + 0.5 * time * time * w * w;
+    }
+  }
   if (by_time)
-    *by_time = w * point + time * (ww * point) + motion_.tail<3>();
-  return point + time * (w * point + motion_.tail<3>()) + 0.5 * time * time * (ww * point);
+    *by_time = turned + translation + time * turned_twice;
+  return point + time * (turned + translation) + 0.5 * time * time * turned_twice;
 }
 
 Eigen::Vector2d
@@ -34,7 +39,10 @@ MeasurementModel::pixel(const Eigen::Vector3d& point,
   Eigen::Matrix3d moved_by_point;
   Eigen::Vector3d moved_by_time;
   const double time = rowTime(row);
-  const Eigen::Vector3d p = moved(point, at(P::READOUT) * time, &moved_by_point, &moved_by_time);
+  const Eigen::Vector3d p = moved(point,
+                                  at(P::READOUT) * time,
+                                  by_point || by_calibration ? &moved_by_point : nullptr,
+                                  by_calibration ? &moved_by_time : nullptr);
   // Behind the camera there is no pixel; a far one keeps the residual valid and is downweighted.
   const double z = std::max(p.z(), 1e-3);
   const double x = p.x() / z, y = p.y() / z, r2 = x * x + y * y;
@@ -80,7 +88,11 @@ MeasurementModel::depth(const Eigen::Vector3d& point,
 {
   Eigen::Matrix3d moved_by_point;
   Eigen::Vector3d moved_by_time;
-  const double z = moved(point, at(P::TIME_OFFSET), &moved_by_point, &moved_by_time).z();
+  const double z = moved(point,
+                         at(P::TIME_OFFSET),
+                         by_point ? &moved_by_point : nullptr,
+                         by_calibration ? &moved_by_time : nullptr)
+                       .z();
   // The ray only scales small errors: its own corrections do not matter here.
   const double x = (pixel.x() - camera_.cx) / camera_.fx;
   const double y = (pixel.y() - camera_.cy) / camera_.fy;

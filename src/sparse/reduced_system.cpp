@@ -182,6 +182,7 @@ ReducedSystem<SIZE>::build(const AdjustmentState& state, double damping)
   fillMatrix();
 }
 
+// The products are lazy since Eigen would treat matrices of so few calibrated columns as large.
 /** Phase one: normal equations of each point, and what its elimination takes from the rest. */
 template <int SIZE>
 void
@@ -214,10 +215,10 @@ ReducedSystem<SIZE>::eliminatePoints(std::size_t chunk)
       columns.resize(3, m);
       for (Eigen::Index i = 0; i < m; ++i)
         columns.col(i) = rows.by_calibration.col(terms_.calibrated[std::size_t(i)]);
-      by_calibration += rows.by_point.transpose() * columns;
-      sums.matrix += columns.transpose() * columns;
+      by_calibration += rows.by_point.transpose().lazyProduct(columns);
+      sums.matrix += columns.transpose().lazyProduct(columns);
       sums.diagonal += columns.colwise().squaredNorm().transpose();
-      sums.gradient += columns.transpose() * rows.residual;
+      sums.gradient += columns.transpose().lazyProduct(rows.residual);
     }
     PointTerms& point = points_[p];
     point.damping = damping_ * hessian.diagonal().unaryExpr(&dampedPart);
@@ -230,9 +231,10 @@ ReducedSystem<SIZE>::eliminatePoints(std::size_t chunk)
           observations_[k].by_image.transpose() * (by_point[k - first] * point.root);
     if (m == 0)
       continue;
-    points_by_calibration_[p] = point.root.transpose() * by_calibration;
-    sums.matrix -= points_by_calibration_[p].transpose() * points_by_calibration_[p];
-    sums.reduced_gradient -= points_by_calibration_[p].transpose() * point.reduced_gradient;
+    points_by_calibration_[p] = point.root.transpose().lazyProduct(by_calibration);
+    sums.matrix -= points_by_calibration_[p].transpose().lazyProduct(points_by_calibration_[p]);
+    sums.reduced_gradient -=
+        points_by_calibration_[p].transpose().lazyProduct(point.reduced_gradient);
   }
   sums.reduced_gradient += sums.gradient;
 }
@@ -272,9 +274,9 @@ ReducedSystem<SIZE>::sumColumn(std::size_t image)
     const auto subtract = SIZE == 6 ? subtractProducts6 : subtractProducts9;
     subtract(eliminated.data(), factors.data(), targets.data(), factors.size());
     if (numCalibrated() > 0)
-      by_calibration += by_calibration_[k].transpose() * o.by_image -
-                        points_by_calibration_[p].transpose() *
-                            eliminated.template topRows<SIZE>().transpose();
+      by_calibration += by_calibration_[k].transpose().lazyProduct(o.by_image) -
+                        points_by_calibration_[p].transpose().lazyProduct(
+                            eliminated.template topRows<SIZE>().transpose());
   }
   blocks_[first_row_[image]].template topRows<SIZE>() += own;
   const Eigen::Index at = SIZE * Eigen::Index(image);

@@ -134,9 +134,9 @@ DepthResidual::Evaluate(double const* const* parameters,
                                        pixel_,
                                        Eigen::Map<const DepthError>(parameters[3]),
                                        noise_,
-                                       &by_point,
-                                       &by_calibration,
-                                       &by_error);
+                                       jacobians ? &by_point : nullptr,
+                                       jacobians && jacobians[2] ? &by_calibration : nullptr,
+                                       jacobians ? &by_error : nullptr);
   residuals[0] = weight_ * (predicted - depth_ - slope_.dot(shift));
   if (!jacobians)
     return true;

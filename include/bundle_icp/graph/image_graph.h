@@ -20,7 +20,7 @@ struct BUNDLE_ICP_EXPORT ImageGraphOptions {
    *  the scan, and matching stays linear in the number of images. */
   std::size_t exhaustive_limit = 300;
   /** Every image has a key image at least so similar (cosine of VLAD descriptors). */
-  double key_similarity = 0.5;
+  double key_similarity = 0.35;
   /** Each image is matched with so many most similar key images (beyond exhaustive_limit). */
   std::size_t num_similar = 12;
   /** Each key image is matched with so many most similar key images. */
