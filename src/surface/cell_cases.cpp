@@ -4,6 +4,8 @@
 
 #include <pcl/surface/marching_cubes.h>
 
+#include <algorithm>
+
 namespace bundle_icp {
 namespace {
 
@@ -67,9 +69,16 @@ std::unique_ptr<BlockSurface>
 findCases(const VoxelBlockMap& blocks, std::size_t index, int min_weight_code,
           float level)
 {
-  std::uint8_t states[padded_edge * padded_edge * padded_edge];
-  readStates(blocks, neighborsOf(blocks, index), min_weight_code, level, states);
+  const BlockNeighbors neighbors = neighborsOf(blocks, index, 0, 1);
   std::unique_ptr<BlockSurface> surface;
+  const bool any_inside =
+      level > 0 || std::any_of(neighbors.begin(), neighbors.end(), [&](std::int64_t i) {
+        return i >= 0 && blocks.mayHoldSurface(i);
+      });
+  if (!any_inside)
+    return surface;
+  std::uint8_t states[padded_edge * padded_edge * padded_edge];
+  readStates(blocks, neighbors, min_weight_code, level, states);
   for (int z = 0; z < block_edge; ++z)
     for (int y = 0; y < block_edge; ++y)
       for (int x = 0; x < block_edge; ++x) {
@@ -110,7 +119,7 @@ markEdgesOf(const BlockSurface& neighbor, const int shift[3], BlockSurface& surf
 std::unique_ptr<BlockSurface>
 findEdges(const VoxelBlockMap& blocks, const BlockSurfaces& cases, std::size_t index)
 {
-  const BlockNeighbors neighbors = neighborsOf(blocks, index);
+  const BlockNeighbors neighbors = neighborsOf(blocks, index, -1, 0);
   std::unique_ptr<BlockSurface> surface;
   for (int i = 0; i < 8; ++i) {
     const int shift[3] = {-(i & 1), -(i >> 1 & 1), -(i >> 2)};
@@ -140,13 +149,14 @@ BlockSurface::countVertices()
 }
 
 BlockNeighbors
-neighborsOf(const VoxelBlockMap& blocks, std::size_t index)
+neighborsOf(const VoxelBlockMap& blocks, std::size_t index, int first, int last)
 {
   const Eigen::Vector3i block = blocks.coordinatesOf(index);
   BlockNeighbors neighbors;
-  for (int dz = -1; dz <= 1; ++dz)
-    for (int dy = -1; dy <= 1; ++dy)
-      for (int dx = -1; dx <= 1; ++dx)
+  neighbors.fill(-1);
+  for (int dz = first; dz <= last; ++dz)
+    for (int dy = first; dy <= last; ++dy)
+      for (int dx = first; dx <= last; ++dx)
         neighbors[neighborIndex(dx, dy, dz)] =
             blocks.indexOf(block + Eigen::Vector3i(dx, dy, dz));
   return neighbors;

@@ -93,8 +93,9 @@ private:
 /** Numbers of a block's neighbours, -1 = none; offsets from -1 to 1, x fastest. */
 using BlockNeighbors = std::array<std::int64_t, 27>;
 
+/** Those with all offsets between `first` and `last`; the others count as absent. */
 BlockNeighbors
-neighborsOf(const VoxelBlockMap& blocks, std::size_t index);
+neighborsOf(const VoxelBlockMap& blocks, std::size_t index, int first, int last);
 
 constexpr int
 neighborIndex(int dx, int dy, int dz)

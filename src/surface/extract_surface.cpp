@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "surface/cell_cases.h"
+#include "surface/mesh_editing.h"
 #include "surface/num_threads.h"
 #include "surface/tsdf_volume_impl.h"
 
@@ -21,12 +22,18 @@ class VoxelAccess {
 public:
   struct Voxel {
     float distance; ///< stored units
-    bool known;
+    std::uint16_t weight; ///< coded, 0 = not observed
     std::uint32_t color;
+
+    bool
+    isKnown() const
+    {
+      return weight != 0;
+    }
   };
 
   VoxelAccess(const VoxelBlockMap& blocks, std::size_t index)
-      : blocks_(blocks), neighbors_(neighborsOf(blocks, index))
+      : blocks_(blocks), neighbors_(neighborsOf(blocks, index, -1, 1))
   {
   }
 
@@ -36,10 +43,10 @@ public:
   {
     const std::int64_t number = neighbors_[neighborIndex(x >> 3, y >> 3, z >> 3)];
     if (number < 0)
-      return {0, false, 0};
+      return {0, 0, 0};
     const VoxelBlock& block = blocks_[number];
     const int voxel = voxelIndex(x & 7, y & 7, z & 7);
-    return {float(block.distance[voxel]), block.weight[voxel] != 0, block.color[voxel]};
+    return {float(block.distance[voxel]), block.weight[voxel], block.color[voxel]};
   }
 
   /** Slope of the distance at a voxel: central where both neighbours are known. */
@@ -52,9 +59,9 @@ public:
       const int dx = axis == 0, dy = axis == 1, dz = axis == 2;
       const Voxel after = (*this)(x + dx, y + dy, z + dz);
       const Voxel before = (*this)(x - dx, y - dy, z - dz);
-      const float rise = (after.known ? after.distance : here) -
-                         (before.known ? before.distance : here);
-      const int run = (after.known ? 1 : 0) + (before.known ? 1 : 0);
+      const float rise = (after.isKnown() ? after.distance : here) -
+                         (before.isKnown() ? before.distance : here);
+      const int run = (after.isKnown() ? 1 : 0) + (before.isKnown() ? 1 : 0);
       slope[axis] = run > 0 ? rise / static_cast<float>(run) : 0.0f;
     }
     return slope;
@@ -80,49 +87,95 @@ blendColors(std::uint32_t first, std::uint32_t second, float t)
           static_cast<std::uint8_t>(rounded.z())};
 }
 
-void
-writeVertex(const VoxelAccess& voxels, const GridEdge& edge, float level,
-            const Eigen::Vector3d& block_origin, double voxel_size,
-            std::uint32_t vertex, SurfaceMesh& mesh)
+/** What smoothing over a window leaves of the variance of depth, see smoothDepth(). Of N pixels
+ *  that are averaged fewer than N are independent: half of the variance is shared by
+ *  neighbours, over the area that a sensor compares to find one depth. */
+double
+smoothedVariance(int radius)
 {
-  const int x = edge.voxel[0], y = edge.voxel[1], z = edge.voxel[2];
-  const int dx = edge.axis == 0, dy = edge.axis == 1, dz = edge.axis == 2;
-  const auto first = voxels(x, y, z), second = voxels(x + dx, y + dy, z + dz);
-  // Off the ends by so much that triangles around a voxel that lies on the surface keep
-  // an area in single precision.
-  constexpr float margin = 0.01f;
-  const float t =
-      std::clamp((level - first.distance) / (second.distance - first.distance), margin,
-                 1 - margin);
-  const Eigen::Vector3d position(x + dx * t, y + dy * t, z + dz * t);
-  mesh.vertices[vertex] = (block_origin + voxel_size * position).cast<float>();
-  mesh.colors[vertex] = blendColors(first.color, second.color, t);
-
-  Eigen::Vector3f normal =
-      (1 - t) * voxels.gradient(x, y, z) + t * voxels.gradient(x + dx, y + dy, z + dz);
-  if (!(normal.squaredNorm() > 0))
-    normal = Eigen::Vector3f(dx, dy, dz) * (second.distance - first.distance);
-  mesh.normals[vertex] = normal.normalized();
+  constexpr double shared = 0.5, shared_pixels = 10;
+  double sum = 0, squares = 0; // along one axis; the window is their product
+  for (int i = -radius; i <= radius; ++i) {
+    const double weight = std::exp(-2.0 * i * i / ((radius + 1) * (radius + 1)));
+    sum += weight;
+    squares += weight * weight;
+  }
+  const double pixels = std::pow(sum * sum / squares, 2);
+  return (1 - shared) / pixels + shared * shared_pixels / (shared_pixels + pixels - 1);
 }
 
-void
-writeVertices(const TSDFVolume::Impl& volume, std::size_t index, float level,
-              const BlockSurface& surface, SurfaceMesh& mesh)
-{
-  if (surface.num_vertices == 0)
-    return;
-  const VoxelAccess voxels(volume.blocks, index);
-  const double voxel_size = volume.options.voxel_size;
-  const Eigen::Vector3d origin =
-      volume.blocks.coordinatesOf(index).cast<double>() * (block_edge * voxel_size);
-  std::uint32_t vertex = surface.first_vertex;
-  for (int axis = 0; axis < 3; ++axis)
-    for (int i = 0; i < block_voxels; ++i) {
-      const GridEdge edge{{i & 7, i >> 3 & 7, i >> 6}, axis};
-      if (surface.hasEdge(edge))
-        writeVertex(voxels, edge, level, origin, voxel_size, vertex++, mesh);
-    }
-}
+/** Writes the vertices of one block after the other into a mesh. */
+class VertexWriter {
+public:
+  VertexWriter(const TSDFVolume::Impl& volume, float level, SurfaceMesh& mesh)
+      : volume_(volume), level_(level), mesh_(mesh),
+        metres_(volume.options.truncation / distance_scale),
+        sigma_(volume.options.noise.sigma(1.0) *
+               std::sqrt(smoothedVariance(volume.options.smoothing_radius)))
+  {
+  }
+
+  void
+  write(std::size_t index, const BlockSurface& surface) const
+  {
+    if (surface.num_vertices == 0)
+      return;
+    const VoxelAccess voxels(volume_.blocks, index);
+    const Eigen::Vector3d origin = volume_.blocks.coordinatesOf(index).cast<double>() *
+                                   (block_edge * volume_.options.voxel_size);
+    std::uint32_t vertex = surface.first_vertex;
+    for (int axis = 0; axis < 3; ++axis)
+      for (int i = 0; i < block_voxels; ++i) {
+        const GridEdge edge{{i & 7, i >> 3 & 7, i >> 6}, axis};
+        if (surface.hasEdge(edge))
+          write(voxels, edge, origin, vertex++);
+      }
+  }
+
+private:
+  void
+  write(const VoxelAccess& voxels, const GridEdge& edge,
+        const Eigen::Vector3d& block_origin, std::uint32_t vertex) const
+  {
+    const int x = edge.voxel[0], y = edge.voxel[1], z = edge.voxel[2];
+    const int dx = edge.axis == 0, dy = edge.axis == 1, dz = edge.axis == 2;
+    const auto first = voxels(x, y, z), second = voxels(x + dx, y + dy, z + dz);
+    // Off the ends by so much that triangles around a voxel that lies on the surface
+    // keep an area in single precision.
+    constexpr float margin = 0.01f;
+    const float t = std::clamp((level_ - first.distance) /
+                                   (second.distance - first.distance),
+                               margin, 1 - margin);
+    const Eigen::Vector3d position(x + dx * t, y + dy * t, z + dz * t);
+    mesh_.vertices[vertex] =
+        (block_origin + volume_.options.voxel_size * position).cast<float>();
+    mesh_.colors[vertex] = blendColors(first.color, second.color, t);
+    mesh_.weights[vertex] =
+        (1 - t) * decodeWeight(first.weight) + t * decodeWeight(second.weight);
+
+    Eigen::Vector3f slope = (1 - t) * voxels.gradient(x, y, z) +
+                            t * voxels.gradient(x + dx, y + dy, z + dz);
+    if (!(slope.squaredNorm() > 0))
+      slope = Eigen::Vector3f(dx, dy, dz) * (second.distance - first.distance);
+    mesh_.normals[vertex] = slope.normalized();
+    mesh_.deviations[vertex] = deviation(mesh_.weights[vertex], slope.norm());
+  }
+
+  /** From that of the distance, which is measured along the optical axis, to the one along
+   *  the normal: the distance rises the faster, the more the surface is slanted. */
+  float
+  deviation(float weight, float slope) const
+  {
+    const double rise = slope * metres_ / volume_.options.voxel_size; // m per m
+    return static_cast<float>(sigma_ / std::sqrt(weight) / rise);
+  }
+
+  const TSDFVolume::Impl& volume_;
+  float level_; ///< stored units
+  SurfaceMesh& mesh_;
+  double metres_; ///< of a stored unit
+  double sigma_;  ///< of a measurement of weight 1, smoothed [m]
+};
 
 void
 writeTriangles(const VoxelBlockMap& blocks, const BlockSurfaces& surfaces,
@@ -131,7 +184,7 @@ writeTriangles(const VoxelBlockMap& blocks, const BlockSurfaces& surfaces,
   const BlockSurface& surface = *surfaces[index];
   if (surface.num_triangles == 0)
     return;
-  const BlockNeighbors neighbors = neighborsOf(blocks, index);
+  const BlockNeighbors neighbors = neighborsOf(blocks, index, 0, 1);
   const auto vertexOf = [&](int cell, int cell_edge) {
     GridEdge edge = cellEdge(cell_edge);
     const int x = edge.voxel[0] + (cell & 7), y = edge.voxel[1] + (cell >> 3 & 7),
@@ -181,11 +234,12 @@ MeshOptions::isValid(std::string* error) const
   if (num_threads < 0)
     return fail("num_threads " + std::to_string(num_threads) +
                 "; expected 0 (all) or more");
-  return true;
+  return cleaning.isValid(error) && decimation.isValid(error);
 }
 
 SurfaceMesh
-extractSurface(const TSDFVolume& volume, const MeshOptions& options)
+extractSurface(const TSDFVolume& volume, const MeshOptions& options,
+               MeshReport* report)
 {
   std::string error;
   if (!options.isValid(&error))
@@ -206,15 +260,22 @@ extractSurface(const TSDFVolume& volume, const MeshOptions& options)
   mesh.vertices.resize(num_vertices);
   mesh.normals.resize(num_vertices);
   mesh.colors.resize(num_vertices);
+  mesh.weights.resize(num_vertices);
+  mesh.deviations.resize(num_vertices);
   mesh.triangles.resize(num_triangles);
+  const VertexWriter vertices(volume.impl(), level, mesh);
 #pragma omp parallel for schedule(dynamic, 64) num_threads(num_threads)
   for (std::size_t i = 0; i < surfaces.size(); ++i)
     if (surfaces[i]) {
-      writeVertices(volume.impl(), i, level, *surfaces[i], mesh);
+      vertices.write(i, *surfaces[i]);
       writeTriangles(blocks, surfaces, i, mesh);
     }
   if (options.min_component_triangles > 0)
     removeSmallComponents(mesh, options.min_component_triangles);
+  MeshReport unused;
+  MeshReport& result = report ? *report : unused;
+  result.cleaning = cleanExtracted(mesh, options.cleaning);
+  result.decimation = decimateMesh(mesh, options.decimation);
   return mesh;
 }
 

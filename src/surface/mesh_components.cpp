@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
-#include <bundle_icp/surface/extract_surface.h>
+#include "surface/mesh_editing.h"
 
-#include <limits>
+#include <bundle_icp/surface/mesh_cleaning.h>
+
 #include <numeric>
 
 namespace bundle_icp {
@@ -38,26 +39,29 @@ private:
   std::vector<std::uint32_t> parent_;
 };
 
-constexpr std::uint32_t removed = std::numeric_limits<std::uint32_t>::max();
-
-// Moves kept vertices together; returns their new numbers.
-std::vector<std::uint32_t>
-compactVertices(SurfaceMesh& mesh, const std::vector<std::uint8_t>& keep)
+/** Removes the components whose triangles' sizes do not add up to `min_size`. */
+template <typename SizeOf>
+std::size_t
+removeComponents(SurfaceMesh& mesh, double min_size, const SizeOf& sizeOf)
 {
-  std::vector<std::uint32_t> numbers(mesh.vertices.size(), removed);
-  std::uint32_t count = 0;
-  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
-    if (!keep[i])
-      continue;
-    mesh.vertices[count] = mesh.vertices[i];
-    mesh.normals[count] = mesh.normals[i];
-    mesh.colors[count] = mesh.colors[i];
-    numbers[i] = count++;
+  VertexSets sets(mesh.vertices.size());
+  for (const Triangle& triangle : mesh.triangles) {
+    sets.join(triangle[0], triangle[1]);
+    sets.join(triangle[0], triangle[2]);
   }
-  mesh.vertices.resize(count);
-  mesh.normals.resize(count);
-  mesh.colors.resize(count);
-  return numbers;
+  std::vector<double> sizes(mesh.vertices.size(), -1); // by root; -1 = no component's
+  for (const Triangle& triangle : mesh.triangles) {
+    double& size = sizes[sets.root(triangle[0])];
+    size = std::max(size, 0.0) + sizeOf(triangle);
+  }
+  std::vector<std::uint8_t> keep(mesh.triangles.size());
+  for (std::size_t t = 0; t < keep.size(); ++t)
+    keep[t] = sizes[sets.root(mesh.triangles[t][0])] >= min_size;
+  keepTriangles(mesh, keep);
+  removeUnusedVertices(mesh);
+  return std::count_if(sizes.begin(), sizes.end(), [min_size](double size) {
+    return size >= 0 && size < min_size;
+  });
 }
 
 } // namespace
@@ -65,27 +69,17 @@ compactVertices(SurfaceMesh& mesh, const std::vector<std::uint8_t>& keep)
 void
 removeSmallComponents(SurfaceMesh& mesh, std::size_t min_triangles)
 {
-  VertexSets sets(mesh.vertices.size());
-  for (const auto& triangle : mesh.triangles) {
-    sets.join(triangle[0], triangle[1]);
-    sets.join(triangle[0], triangle[2]);
-  }
-  std::vector<std::uint32_t> sizes(mesh.vertices.size(), 0);
-  for (const auto& triangle : mesh.triangles)
-    ++sizes[sets.root(triangle[0])];
-  std::vector<std::uint8_t> keep(mesh.vertices.size());
-  for (std::uint32_t i = 0; i < keep.size(); ++i) {
-    const std::uint32_t size = sizes[sets.root(i)];
-    keep[i] = size > 0 && size >= min_triangles;
-  }
+  checkLists(mesh, "removeSmallComponents");
+  removeComponents(mesh, double(min_triangles), [](const Triangle&) { return 1; });
+}
 
-  const std::vector<std::uint32_t> numbers = compactVertices(mesh, keep);
-  std::size_t count = 0;
-  for (const auto& triangle : mesh.triangles)
-    if (keep[triangle[0]])
-      mesh.triangles[count++] = {numbers[triangle[0]], numbers[triangle[1]],
-                                 numbers[triangle[2]]};
-  mesh.triangles.resize(count);
+std::size_t
+removeSmallAreas(SurfaceMesh& mesh, double min_area)
+{
+  checkLists(mesh, "removeSmallAreas");
+  return removeComponents(mesh, min_area, [&mesh](const Triangle& triangle) {
+    return areaNormal(mesh, triangle).norm() / 2;
+  });
 }
 
 } // namespace bundle_icp

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "messages.h"
+#include "surface/mesh_checks.h"
 #include "surface/rendered_frame.h"
 
 #include <bundle_icp/surface/extract_surface.h>
@@ -8,7 +9,6 @@
 #include <gtest/gtest.h>
 #include <pcl/exceptions.h>
 
-#include <map>
 #include <set>
 
 using namespace bundle_icp;
@@ -37,7 +37,7 @@ MeshOptions
 everything()
 {
   MeshOptions options;
-  options.min_component_triangles = 0;
+  options.cleaning.min_component_area = 0;
   return options;
 }
 
@@ -67,17 +67,6 @@ numDistinctVertices(const SurfaceMesh& mesh)
   for (const Eigen::Vector3f& vertex : mesh.vertices)
     distinct.insert({vertex.x(), vertex.y(), vertex.z()});
   return distinct.size();
-}
-
-// How often each directed edge occurs.
-std::map<std::pair<std::uint32_t, std::uint32_t>, int>
-directedEdges(const SurfaceMesh& mesh)
-{
-  std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges;
-  for (const auto& triangle : mesh.triangles)
-    for (int i = 0; i < 3; ++i)
-      ++edges[{triangle[i], triangle[(i + 1) % 3]}];
-  return edges;
 }
 
 } // namespace
@@ -211,6 +200,136 @@ TEST(ExtractSurface, SmallComponentsAreRemoved)
       ASSERT_LT(vertex, clean.vertices.size());
 }
 
+TEST(ExtractSurface, SmallAreasAreRemovedUnlessAskedFor)
+{
+  // A ball of radius 2 cm seen from one side, in front of a wall: some 20 cm^2.
+  const Intersection scene = [](const Eigen::Vector3d& origin, const Eigen::Vector3d& ray) {
+    const double ball = sphere(0.02)(origin - Eigen::Vector3d(0, 0, 1), ray);
+    return std::isnan(ball) ? plane({0, 0, 1}, 1.3)(origin, ray) : ball;
+  };
+  const TSDFVolume volume = fuse(scene, {Pose::Identity()}, gray);
+  MeshReport report;
+  const SurfaceMesh clean = extractSurface(volume, {}, &report);
+  EXPECT_GE(report.cleaning.small_components, 1u);
+  EXPECT_GT(extractSurface(volume, everything()).vertices.size(), clean.vertices.size());
+  for (const Eigen::Vector3f& vertex : clean.vertices)
+    EXPECT_GT(vertex.z(), 1.15f);
+}
+
+TEST(ExtractSurface, FillsAndDecimatesWhenAskedTo)
+{
+  const TSDFVolume volume = fuse(sphere(radius), posesAllAround(1.0), gray);
+  MeshOptions options;
+  options.decimation.max_error = 0.001;
+  MeshReport report;
+  const SurfaceMesh mesh = extractSurface(volume, options, &report);
+  EXPECT_EQ(report.decimation.triangles_before, extractSurface(volume).triangles.size());
+  EXPECT_EQ(report.decimation.triangles_after, mesh.triangles.size());
+  EXPECT_LT(mesh.triangles.size(), report.decimation.triangles_before / 4);
+  EXPECT_LE(report.decimation.max_error, 0.001);
+  expectSound(mesh);
+  EXPECT_EQ(numOpenEdges(mesh), 0u);
+  for (const Eigen::Vector3f& vertex : mesh.vertices)
+    EXPECT_NEAR(vertex.norm(), radius, voxel / 2 + report.decimation.statedError());
+}
+
+namespace {
+
+// A camera of usual resolution looks at the wall slant x + z = offset from ever new places, with
+// noise of which half is shared by neighbouring pixels. \return RMS of errors along the normal, each
+// over its standard deviation.
+double
+normalisedError(int frames, double slant, double offset)
+{
+  CameraIntrinsics camera = smallCamera();
+  camera.width = 640;
+  camera.height = 480;
+  camera.fx = camera.fy = 525;
+  camera.cx = 319.5;
+  camera.cy = 239.5;
+  std::mt19937 random(11);
+  std::normal_distribution<float> noise(0, std::sqrt(0.5f));
+  TSDFOptions options;
+  TSDFVolume volume(options);
+  for (int f = 0; f < frames; ++f) {
+    const Pose pose(Eigen::Translation3d(0.003 * f, 0.002 * f, 0.001 * f));
+    RGBDFrame frame = render(plane({slant, 0, 1}, offset), pose, gray, camera);
+    cv::Mat shared(480 / 3 + 1, 640 / 3 + 1, CV_32FC1);
+    for (auto z = shared.begin<float>(); z != shared.end<float>(); ++z)
+      *z = noise(random);
+    for (int v = 0; v < camera.height; ++v)
+      for (int u = 0; u < camera.width; ++u) {
+        float& z = frame.depth.at<float>(v, u);
+        z += float(options.noise.sigma(z)) * (noise(random) + shared.at<float>(v / 3, u / 3));
+      }
+    volume.integrate(frame, camera, pose);
+  }
+  const SurfaceMesh mesh = extractSurface(volume);
+  double sum = 0;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+    const Eigen::Vector3d p = mesh.vertices[i].cast<double>();
+    // At the border of the image the window of smoothing is cut.
+    if (std::max(std::abs(p.x()), std::abs(p.y())) > 0.4 * p.z())
+      continue;
+    EXPECT_GT(mesh.deviations[i], 0);
+    const double error = (slant * p.x() + p.z() - offset) / std::sqrt(1 + slant * slant);
+    sum += std::pow(error / mesh.deviations[i], 2);
+    ++count;
+  }
+  EXPECT_GT(count, 5000u);
+  return std::sqrt(sum / double(count));
+}
+
+} // namespace
+
+TEST(ExtractSurface, StandardDeviationsAreThoseOfTheErrors)
+{
+  // Near and far, frontal and slanted, few frames and more: the deviations themselves differ by a
+  // factor of ten.
+  const double cases[][3] = {{1, 0, 0.8}, {5, 0, 1.0}, {2, 0.8, 0.8}, {2, 0.4, 2.0}};
+  for (const auto& [frames, slant, offset] : cases) {
+    const double normalised = normalisedError(int(frames), slant, offset);
+    EXPECT_GT(normalised, 0.6) << frames << " frames, slant " << slant << ", " << offset << " m";
+    EXPECT_LT(normalised, 1.4) << frames << " frames, slant " << slant << ", " << offset << " m";
+  }
+}
+
+TEST(ExtractSurface, WeightsCountFrontalMeasurementsAtOneMetre)
+{
+  const std::vector<Pose> once{Pose::Identity()}, fourfold(4, Pose::Identity());
+  const auto middleWeight = [](const SurfaceMesh& mesh) {
+    double sum = 0;
+    int count = 0;
+    for (std::size_t i = 0; i < mesh.vertices.size(); ++i)
+      if (mesh.vertices[i].head<2>().norm() < 0.1f) {
+        sum += mesh.weights[i];
+        ++count;
+      }
+    return sum / count;
+  };
+  const double one = middleWeight(extractSurface(fuse(plane({0, 0, 1}, 1.0), once, gray)));
+  const double four = middleWeight(extractSurface(fuse(plane({0, 0, 1}, 1.0), fourfold, gray)));
+  EXPECT_NEAR(one, 1, 0.1);
+  EXPECT_NEAR(four, 4, 0.4);
+}
+
+TEST(ExtractSurface, IsTheSameForAnyNumberOfThreads)
+{
+  const TSDFVolume volume = fuse(sphere(radius), posesAllAround(1.0), gray);
+  MeshOptions options;
+  options.num_threads = 1;
+  const SurfaceMesh one = extractSurface(volume, options);
+  options.num_threads = 3;
+  const SurfaceMesh three = extractSurface(volume, options);
+  EXPECT_EQ(one.vertices, three.vertices);
+  EXPECT_EQ(one.normals, three.normals);
+  EXPECT_EQ(one.colors, three.colors);
+  EXPECT_EQ(one.weights, three.weights);
+  EXPECT_EQ(one.deviations, three.deviations);
+  EXPECT_EQ(one.triangles, three.triangles);
+}
+
 TEST(ExtractSurface, MinimumWeightDropsWhatWasSeenOnce)
 {
   const TSDFVolume volume = fuse(plane({0, 0, 1}, 1.0), {Pose::Identity()}, gray);
@@ -255,4 +374,10 @@ TEST(ExtractSurface, RefusesBadOptions)
   options = {};
   options.num_threads = -2;
   EXPECT_CONTAINS(refusal(options), "num_threads -2");
+  options = {};
+  options.cleaning.max_hole_perimeter = -1;
+  EXPECT_CONTAINS(refusal(options), "max_hole_perimeter -1");
+  options = {};
+  options.decimation.max_error = -1;
+  EXPECT_CONTAINS(refusal(options), "max_error -1");
 }

@@ -20,9 +20,10 @@ namespace bundle_icp {
  *  cubes.reconstruct(mesh);
  *  \endcode
  *
- *  PointNT has normals; a colour is filled in when it has one. setIsoLevel() counts in
- *  truncations. Input cloud, grid resolution and percentage of the base class have no
- *  effect. Library instantiations: pcl::PointNormal, pcl::PointXYZRGBNormal. */
+ *  PointNT has normals; a colour is filled in when it has one. A pcl::PolygonMesh has all
+ *  that is known of a vertex, see toPolygonMesh(). setIsoLevel() counts in truncations.
+ *  Input cloud, grid resolution and percentage of the base class have no effect. Library
+ *  instantiations: pcl::PointNormal, pcl::PointXYZRGBNormal. */
 template <typename PointNT>
 class TSDFMarchingCubes : public pcl::MarchingCubes<PointNT> {
 public:
@@ -51,6 +52,13 @@ public:
   getMeshOptions() const
   {
     return options_;
+  }
+
+  /** What cleaning and decimation did in the last reconstruct(). */
+  const MeshReport&
+  getMeshReport() const
+  {
+    return report_;
   }
 
   /** See MeshOptions::min_weight. */
@@ -87,8 +95,12 @@ protected:
   }
 
 private:
+  SurfaceMesh
+  extract();
+
   std::shared_ptr<const TSDFVolume> volume_;
   MeshOptions options_;
+  MeshReport report_;
 };
 
 } // namespace bundle_icp

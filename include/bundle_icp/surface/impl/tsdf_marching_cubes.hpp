@@ -4,7 +4,6 @@
 
 #include <bundle_icp/surface/tsdf_marching_cubes.h>
 
-#include <pcl/conversions.h>
 #include <pcl/exceptions.h>
 #include <pcl/point_types.h>
 #include <pcl/type_traits.h>
@@ -29,9 +28,21 @@ template <typename PointNT>
 void
 TSDFMarchingCubes<PointNT>::performReconstruction(pcl::PolygonMesh& output)
 {
-  PointCloud points;
-  performReconstruction(points, output.polygons);
-  pcl::toPCLPointCloud2(points, output.cloud);
+  const pcl::PCLHeader header = output.header;
+  output = toPolygonMesh(extract());
+  output.header = header;
+}
+
+template <typename PointNT>
+SurfaceMesh
+TSDFMarchingCubes<PointNT>::extract()
+{
+  if (!volume_)
+    throw pcl::BadArgumentException(
+        "TSDFMarchingCubes: no volume; call setVolume() first");
+  MeshOptions options = options_;
+  options.iso_level = this->iso_level_;
+  return extractSurface(*volume_, options, &report_);
 }
 
 template <typename PointNT>
@@ -39,13 +50,7 @@ void
 TSDFMarchingCubes<PointNT>::performReconstruction(PointCloud& points,
                                                   std::vector<pcl::Vertices>& polygons)
 {
-  if (!volume_)
-    throw pcl::BadArgumentException(
-        "TSDFMarchingCubes: no volume; call setVolume() first");
-  MeshOptions options = options_;
-  options.iso_level = this->iso_level_;
-  const SurfaceMesh mesh = extractSurface(*volume_, options);
-
+  const SurfaceMesh mesh = extract();
   points.resize(mesh.vertices.size());
   points.is_dense = true;
   for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
