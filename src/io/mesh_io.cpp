@@ -1,29 +1,24 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#include "io/mesh_layout.h"
+
 #include <bundle_icp/io/atomic_file.h>
 #include <bundle_icp/io/mesh_io.h>
 
+#include <boost/algorithm/string/case_conv.hpp>
+#include <boost/filesystem/path.hpp>
 #include <pcl/exceptions.h>
+#include <pcl/io/obj_io.h>
 
 #include <cstdint>
 #include <cstring>
 #include <fstream>
 #include <vector>
 
-// Not pcl::io::savePLYFileBinary: it does not notice a full disk.
+// PLY not by pcl::io::savePLYFileBinary, which does not notice a full disk and leaves out what is
+// known of vertices; STL not by pcl::io::savePolygonFileSTL, which needs VTK.
 namespace bundle_icp {
 namespace {
-
-/** Where a vertex has what, in bytes; -1 = absent. */
-struct VertexLayout {
-  int x = -1, y = -1, z = -1, normal[3] = {-1, -1, -1}, rgb = -1;
-
-  bool
-  hasNormals() const
-  {
-    return normal[0] >= 0 && normal[1] >= 0 && normal[2] >= 0;
-  }
-};
 
 [[noreturn]] void
 refuse(const std::string& path, const std::string& reason)
@@ -43,25 +38,19 @@ findLayout(const std::string& path, const pcl::PCLPointCloud2& cloud)
       layout.rgb = offset;
     if (field.datatype != pcl::PCLPointField::FLOAT32)
       continue;
-    if (field.name == "x")
-      layout.x = offset;
-    else if (field.name == "y")
-      layout.y = offset;
-    else if (field.name == "z")
-      layout.z = offset;
+    if (field.name == "x" || field.name == "y" || field.name == "z")
+      layout.position[field.name[0] - 'x'] = offset;
+    else if (field.name == "weight")
+      layout.weight = offset;
+    else if (field.name == "std_deviation")
+      layout.std_deviation = offset;
     else if (field.name == "normal_x" || field.name == "normal_y" ||
              field.name == "normal_z")
       layout.normal[field.name.back() - 'x'] = offset;
   }
-  if (layout.x < 0 || layout.y < 0 || layout.z < 0)
+  if (layout.position[0] < 0 || layout.position[1] < 0 || layout.position[2] < 0)
     refuse(path, "the vertices have no x, y, z as 32 bit floats");
   return layout;
-}
-
-std::size_t
-numVertices(const pcl::PolygonMesh& mesh)
-{
-  return std::size_t(mesh.cloud.width) * mesh.cloud.height;
 }
 
 void
@@ -82,6 +71,16 @@ checkMesh(const std::string& path, const pcl::PolygonMesh& mesh)
   }
 }
 
+void
+checkForOBJ(const std::string& path, const pcl::PolygonMesh& mesh)
+{
+  if (numVertices(mesh) == 0)
+    refuse(path, "a mesh without vertices cannot be written as OBJ");
+  for (const pcl::Vertices& polygon : mesh.polygons)
+    if (polygon.vertices.empty())
+      refuse(path, "a face without corners cannot be written as OBJ");
+}
+
 std::string
 header(const pcl::PolygonMesh& mesh, const VertexLayout& layout)
 {
@@ -95,6 +94,10 @@ header(const pcl::PolygonMesh& mesh, const VertexLayout& layout)
     text += "property float nx\nproperty float ny\nproperty float nz\n";
   if (layout.rgb >= 0)
     text += "property uchar red\nproperty uchar green\nproperty uchar blue\n";
+  if (layout.weight >= 0)
+    text += "property float weight\n";
+  if (layout.std_deviation >= 0)
+    text += "property float std_deviation\n";
   return text + "element face " + std::to_string(mesh.polygons.size()) +
          "\nproperty list uchar int vertex_indices\nend_header\n";
 }
@@ -112,7 +115,7 @@ appendVertices(const pcl::PCLPointCloud2& cloud, const VertexLayout& layout,
 {
   for (std::size_t i = 0; i < std::size_t(cloud.width) * cloud.height; ++i) {
     const std::uint8_t* const vertex = cloud.data.data() + i * cloud.point_step;
-    for (const int offset : {layout.x, layout.y, layout.z})
+    for (const int offset : layout.position)
       append(vertex + offset, 4, bytes);
     if (layout.hasNormals())
       for (const int offset : layout.normal)
@@ -124,6 +127,9 @@ appendVertices(const pcl::PCLPointCloud2& cloud, const VertexLayout& layout,
                                      std::uint8_t(packed >> 8), std::uint8_t(packed)};
       append(color, sizeof(color), bytes);
     }
+    for (const int offset : {layout.weight, layout.std_deviation})
+      if (offset >= 0)
+        append(vertex + offset, 4, bytes);
   }
 }
 
@@ -139,26 +145,97 @@ appendFaces(const std::vector<pcl::Vertices>& polygons, std::vector<char>& bytes
   }
 }
 
+std::vector<char>
+encodePLY(const pcl::PolygonMesh& mesh, const VertexLayout& layout)
+{
+  std::vector<char> bytes;
+  const std::string text = header(mesh, layout);
+  bytes.reserve(text.size() + numVertices(mesh) * 35 + mesh.polygons.size() * 13);
+  append(text.data(), text.size(), bytes);
+  appendVertices(mesh.cloud, layout, bytes);
+  appendFaces(mesh.polygons, bytes);
+  return bytes;
+}
+
+void
+writeBytes(const std::string& path, const std::string& temporary_path, const std::vector<char>& bytes)
+{
+  std::ofstream file(temporary_path, std::ios::binary);
+  file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  file.close();
+  if (!file)
+    throw pcl::IOException("writeMesh " + path + ": cannot write " + std::to_string(bytes.size()) +
+                           " bytes");
+}
+
+/** What pcl::io::saveOBJFile() reads of a cloud, with the fields in the order that it relies on. */
+pcl::PCLPointCloud2
+cloudForOBJ(const pcl::PCLPointCloud2& cloud, const VertexLayout& layout)
+{
+  pcl::PCLPointCloud2 result = cloud;
+  result.data.resize(std::size_t(cloud.width) * cloud.height * cloud.point_step);
+  result.fields.clear();
+  const auto add = [&result](const std::string& name, int offset) {
+    pcl::PCLPointField field;
+    field.name = name;
+    field.offset = static_cast<std::uint32_t>(offset);
+    field.datatype = pcl::PCLPointField::FLOAT32;
+    field.count = 1;
+    result.fields.push_back(field);
+  };
+  for (int i = 0; i < 3; ++i)
+    add(std::string(1, char('x' + i)), layout.position[i]);
+  for (int i = 0; i < 3 && layout.hasNormals(); ++i)
+    add(std::string("normal_") + char('x' + i), layout.normal[i]);
+  return result;
+}
+
+void
+writeOBJ(const std::string& path,
+         const std::string& temporary_path,
+         const pcl::PolygonMesh& mesh,
+         const VertexLayout& layout)
+{
+  pcl::PolygonMesh plain;
+  plain.cloud = cloudForOBJ(mesh.cloud, layout);
+  plain.polygons = mesh.polygons;
+  const int result = pcl::io::saveOBJFile(temporary_path, plain, 9);
+  // It does not notice a full disk; the last line tells.
+  const std::string last_line = "# End of File\n";
+  std::ifstream file(temporary_path, std::ios::binary);
+  std::string end(last_line.size(), ' ');
+  file.seekg(-std::streamoff(end.size()), std::ios::end);
+  file.read(end.data(), std::streamsize(end.size()));
+  if (result != 0 || !file || end != last_line)
+    throw pcl::IOException("writeMesh " + path + ": cannot write all of it");
+}
+
 } // namespace
+
+std::vector<std::string>
+meshFormats()
+{
+  return {"ply", "obj", "stl"};
+}
 
 void
 writeMesh(const std::string& path, const pcl::PolygonMesh& mesh)
 {
+  const std::string format =
+      boost::to_lower_copy(boost::filesystem::path(path).extension().string());
+  if (format != ".ply" && format != ".obj" && format != ".stl")
+    refuse(path, "the name must end in .ply, .obj or .stl");
   const VertexLayout layout = findLayout(path, mesh.cloud);
   checkMesh(path, mesh);
+  if (format == ".obj")
+    checkForOBJ(path, mesh);
   writeAtomically(path, [&](const std::string& temporary_path) {
-    std::vector<char> bytes;
-    const std::string text = header(mesh, layout);
-    bytes.reserve(text.size() + numVertices(mesh) * 27 + mesh.polygons.size() * 13);
-    append(text.data(), text.size(), bytes);
-    appendVertices(mesh.cloud, layout, bytes);
-    appendFaces(mesh.polygons, bytes);
-    std::ofstream file(temporary_path, std::ios::binary);
-    file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-    file.close();
-    if (!file)
-      throw pcl::IOException("writeMesh " + path + ": cannot write " +
-                             std::to_string(bytes.size()) + " bytes");
+    if (format == ".obj")
+      writeOBJ(path, temporary_path, mesh, layout);
+    else
+      writeBytes(path,
+                 temporary_path,
+                 format == ".ply" ? encodePLY(mesh, layout) : encodeSTL(mesh, layout));
   });
 }
 

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 #include <pcl/conversions.h>
 #include <pcl/exceptions.h>
+#include <pcl/io/obj_io.h>
 #include <pcl/io/ply_io.h>
 #include <pcl/point_types.h>
 
@@ -120,6 +121,101 @@ TEST(MeshIO, BadMeshesAreRefusedAndTheOldFileStays)
   EXPECT_EQ(readText(folder.path("mesh.ply")), "precious");
 }
 
+TEST(MeshIO, PlyHoldsWeightsAndDeviations)
+{
+  const TemporaryFolder folder;
+  pcl::PolygonMesh mesh = meshOf(fourPoints());
+  // Two more fields in the bytes that a point has to spare.
+  const float weight = 7, deviation = 0.002f;
+  for (const char* name : {"weight", "std_deviation"}) {
+    pcl::PCLPointField field;
+    field.name = name;
+    field.offset = mesh.cloud.point_step - (name[0] == 'w' ? 8 : 4);
+    field.datatype = pcl::PCLPointField::FLOAT32;
+    field.count = 1;
+    mesh.cloud.fields.push_back(field);
+    for (std::size_t i = 0; i < 4; ++i)
+      std::memcpy(&mesh.cloud.data[i * mesh.cloud.point_step + field.offset],
+                  name[0] == 'w' ? &weight : &deviation, 4);
+  }
+  writeMesh(folder.path("mesh.ply"), mesh);
+  pcl::PCLPointCloud2 read;
+  ASSERT_EQ(pcl::io::loadPLYFile(folder.path("mesh.ply"), read), 0);
+  for (const auto& [name, expected] :
+       {std::make_pair("weight", weight), std::make_pair("std_deviation", deviation)}) {
+    const int index = pcl::getFieldIndex(read, name);
+    ASSERT_GE(index, 0) << name;
+    float value = 0;
+    std::memcpy(&value, &read.data[3 * read.point_step + read.fields[index].offset], 4);
+    EXPECT_EQ(value, expected);
+  }
+}
+
+TEST(MeshIO, PclReadsObj)
+{
+  const TemporaryFolder folder;
+  const auto cloud = fourPoints();
+  writeMesh(folder.path("mesh.OBJ"), meshOf(cloud));
+  pcl::PolygonMesh mesh;
+  ASSERT_EQ(pcl::io::loadOBJFile(folder.path("mesh.OBJ"), mesh), 0);
+  ASSERT_EQ(mesh.polygons.size(), 2u);
+  EXPECT_EQ(mesh.polygons[1].vertices, (pcl::Indices{2, 1, 3}));
+  pcl::PointCloud<pcl::PointXYZ> places;
+  pcl::PointCloud<pcl::Normal> normals;
+  pcl::fromPCLPointCloud2(mesh.cloud, places);
+  ASSERT_EQ(places.size(), cloud.size());
+  EXPECT_GE(pcl::getFieldIndex(mesh.cloud, "normal_x"), 0);
+  for (std::size_t i = 0; i < cloud.size(); ++i)
+    EXPECT_EQ(places[i].getVector3fMap(), cloud[i].getVector3fMap());
+
+  pcl::PointCloud<pcl::PointXYZ> bare;
+  bare.resize(4);
+  writeMesh(folder.path("bare.obj"), meshOf(bare));
+  EXPECT_EQ(readText(folder.path("bare.obj")).find("vn "), std::string::npos);
+}
+
+TEST(MeshIO, StlHoldsTheTriangles)
+{
+  const TemporaryFolder folder;
+  pcl::PolygonMesh mesh = meshOf(fourPoints());
+  mesh.polygons.resize(3);
+  mesh.polygons[2].vertices = {0, 1, 3, 2};
+  writeMesh(folder.path("mesh.stl"), mesh);
+  const std::string bytes = readText(folder.path("mesh.stl"));
+  ASSERT_EQ(bytes.size(), 84 + 4 * 50u);
+  EXPECT_NE(bytes.substr(0, 5), "solid");
+  std::uint32_t count = 0;
+  std::memcpy(&count, &bytes[80], 4);
+  EXPECT_EQ(count, 4u);
+  const auto cloud = fourPoints();
+  const int corners[4][3] = {{0, 1, 2}, {2, 1, 3}, {0, 1, 3}, {0, 3, 2}};
+  for (int t = 0; t < 4; ++t) {
+    float values[12];
+    std::memcpy(values, &bytes[84 + 50 * t], sizeof(values));
+    for (int i = 0; i < 3; ++i)
+      EXPECT_EQ(Eigen::Vector3f::Map(values + 3 + 3 * i),
+                cloud[corners[t][i]].getVector3fMap());
+    const Eigen::Vector3f normal = Eigen::Vector3f::Map(values);
+    const Eigen::Vector3f first = Eigen::Vector3f::Map(values + 6) - Eigen::Vector3f::Map(values + 3);
+    EXPECT_NEAR(normal.norm(), 1, 1e-6);
+    EXPECT_NEAR(normal.dot(first), 0, 1e-6);
+  }
+}
+
+TEST(MeshIO, OtherExtensionsAreRefused)
+{
+  const TemporaryFolder folder;
+  for (const char* name : {"mesh.dae", "mesh", "mesh.ply.gz"})
+    EXPECT_CONTAINS(messageOf<pcl::BadArgumentException>(
+                        [&] { writeMesh(folder.path(name), meshOf(fourPoints())); }),
+                    "must end in .ply, .obj or .stl");
+  pcl::PolygonMesh empty;
+  pcl::toPCLPointCloud2(pcl::PointCloud<pcl::PointXYZ>(), empty.cloud);
+  EXPECT_CONTAINS(messageOf<pcl::BadArgumentException>(
+                      [&] { writeMesh(folder.path("empty.obj"), empty); }),
+                  "without vertices");
+}
+
 TEST(MeshIO, UnwritablePlacesAreNamed)
 {
   const TemporaryFolder folder;
@@ -131,20 +227,23 @@ TEST(MeshIO, UnwritablePlacesAreNamed)
 TEST(MeshIO, AFullDiskIsNoticedAndTheOldFileStays)
 {
   const TemporaryFolder folder;
-  const std::string path = folder.path("mesh.ply");
-  writeText(path, "old");
   pcl::PointCloud<pcl::PointXYZ> cloud;
   cloud.resize(10000);
-  // A limit on the size of files acts as a disk with 4 KiB left.
-  rlimit old_limit{}, limit{};
-  getrlimit(RLIMIT_FSIZE, &old_limit);
-  limit = {4096, old_limit.rlim_max};
-  const auto old_handler = std::signal(SIGXFSZ, SIG_IGN);
-  setrlimit(RLIMIT_FSIZE, &limit);
-  const std::string message =
-      messageOf<pcl::IOException>([&] { writeMesh(path, meshOf(cloud)); });
-  setrlimit(RLIMIT_FSIZE, &old_limit);
-  std::signal(SIGXFSZ, old_handler);
-  EXPECT_CONTAINS(message, path + ": cannot write");
-  EXPECT_EQ(readText(path), "old");
+  pcl::PolygonMesh mesh = meshOf(cloud);
+  mesh.polygons.resize(1000, mesh.polygons[0]);
+  for (const std::string& format : meshFormats()) {
+    const std::string path = folder.path("mesh." + format);
+    writeText(path, "old");
+    // A limit on the size of files acts as a disk with 4 KiB left.
+    rlimit old_limit{}, limit{};
+    getrlimit(RLIMIT_FSIZE, &old_limit);
+    limit = {4096, old_limit.rlim_max};
+    const auto old_handler = std::signal(SIGXFSZ, SIG_IGN);
+    setrlimit(RLIMIT_FSIZE, &limit);
+    const std::string message = messageOf<pcl::IOException>([&] { writeMesh(path, mesh); });
+    setrlimit(RLIMIT_FSIZE, &old_limit);
+    std::signal(SIGXFSZ, old_handler);
+    EXPECT_CONTAINS(message, path + ": cannot write");
+    EXPECT_EQ(readText(path), "old");
+  }
 }

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#include "io/mesh_layout.h"
+
+#include <Eigen/Geometry>
+
+#include <cstdint>
+#include <cstring>
+
+namespace bundle_icp {
+namespace {
+
+/** Little-endian, on any machine. */
+void
+append(std::uint32_t value, std::vector<char>& bytes)
+{
+  for (int shift = 0; shift < 32; shift += 8)
+    bytes.push_back(static_cast<char>(value >> shift & 255));
+}
+
+void
+append(const Eigen::Vector3f& vector, std::vector<char>& bytes)
+{
+  for (int i = 0; i < 3; ++i) {
+    std::uint32_t bits;
+    std::memcpy(&bits, &vector[i], sizeof(bits));
+    append(bits, bytes);
+  }
+}
+
+} // namespace
+
+std::vector<char>
+encodeSTL(const pcl::PolygonMesh& mesh, const VertexLayout& layout)
+{
+  const auto place = [&](std::size_t vertex) {
+    Eigen::Vector3f point;
+    for (int i = 0; i < 3; ++i)
+      std::memcpy(&point[i],
+                  &mesh.cloud.data[vertex * mesh.cloud.point_step + layout.position[i]],
+                  sizeof(float));
+    return point;
+  };
+  std::uint32_t triangles = 0;
+  for (const pcl::Vertices& polygon : mesh.polygons)
+    triangles += static_cast<std::uint32_t>(std::max<std::size_t>(polygon.vertices.size(), 2) - 2);
+  // A header that begins with "solid" would announce a text file.
+  std::string header = "binary STL, metres";
+  header.resize(80, ' ');
+  std::vector<char> bytes(header.begin(), header.end());
+  bytes.reserve(84 + 50 * std::size_t(triangles));
+  append(triangles, bytes);
+  for (const pcl::Vertices& polygon : mesh.polygons)
+    for (std::size_t i = 2; i < polygon.vertices.size(); ++i) {
+      const Eigen::Vector3f a = place(polygon.vertices[0]), b = place(polygon.vertices[i - 1]),
+                            c = place(polygon.vertices[i]);
+      append(Eigen::Vector3f((b - a).cross(c - a).normalized()), bytes);
+      for (const Eigen::Vector3f& corner : {a, b, c})
+        append(corner, bytes);
+      bytes.insert(bytes.end(), 2, 0); // attributes
+    }
+  return bytes;
+}
+
+} // namespace bundle_icp
