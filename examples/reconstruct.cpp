@@ -8,6 +8,7 @@
 #include <bundle_icp/io/rgbd_dataset.h>
 #include <bundle_icp/reconstruction.h>
 
+#include <boost/algorithm/string.hpp>
 #include <boost/program_options.hpp>
 #include <pcl/exceptions.h>
 
@@ -66,6 +67,24 @@ describe(Arguments& arguments)
       po::value<std::string>()->value_name("X0,Y0,Z0,X1,Y1,Z1"),
       "box to which the surface is limited [m], in the camera frame of the earliest frame; "
       "default: everything")("no-mesh", "poses and sparse model only")(
+      "mesh-format",
+      po::value<std::string>()->value_name("LIST")->default_value("ply"),
+      "files of the mesh, of ply,obj,stl")(
+      "min-component",
+      po::value(&options.mesh.cleaning.min_component_area)
+          ->value_name("M2")
+          ->default_value(0.002, "0.002"),
+      "separate pieces of the mesh of less area are removed [m^2]; 0 = none")(
+      "fill-holes",
+      po::value(&options.mesh.cleaning.max_hole_perimeter)->value_name("M")->default_value(0),
+      "holes whose boundary is at most this long are closed [m]; 0 = none")(
+      "decimate",
+      po::value(&options.mesh.decimation.max_triangles)->value_name("N")->default_value(0),
+      "edges are collapsed until the mesh has this many triangles; 0 = not")(
+      "decimate-error",
+      po::value(&options.mesh.decimation.max_error)->value_name("M")->default_value(0),
+      "edges are collapsed as long as no vertex of the mesh before is farther than this from the one "
+      "after [m]; 0 = no limit")(
       "method",
       po::value(&arguments.method)->value_name("NAME")->default_value("bundle_icp"),
       "how poses are estimated: bundle_icp, or one that it is compared with: rgbd_sfm (structure from "
@@ -111,6 +130,9 @@ applyValues(const po::variables_map& values, Arguments& arguments)
   arguments.reconstruction.make_mesh = !values.count("no-mesh");
   if (values.count("roi"))
     volume.region = parseRegion(values["roi"].as<std::string>());
+  boost::split(arguments.reconstruction.mesh_formats,
+               values["mesh-format"].as<std::string>(),
+               boost::is_any_of(","));
   applyRecording(values, arguments.dataset);
   const auto method = parseReconstructionMethod(arguments.method);
   if (!method)
@@ -186,6 +208,21 @@ printCorrections(const ReconstructionResult& result)
     std::cerr << "calibration: depth error of each image\n";
 }
 
+/** What was made of the mesh beyond what was measured. */
+void
+printMeshReport(const MeshReport& report)
+{
+  if (report.cleaning.holes_filled > 0)
+    std::cerr << "mesh: " << report.cleaning.holes_filled << " holes filled, "
+              << 1e4 * report.cleaning.filled_area << " cm^2 that were not measured\n";
+  const MeshDecimationResult& decimation = report.decimation;
+  if (decimation.triangles_after < decimation.triangles_before)
+    std::cerr << "mesh: " << decimation.triangles_before << " triangles became "
+              << decimation.triangles_after << "; largest deviation "
+              << 1e3 * decimation.statedError() << " mm, RMS " << 1e3 * decimation.rms_error
+              << " mm\n";
+}
+
 void
 printSummary(const Arguments& arguments, const RGBDDataset& dataset, const ReconstructionResult& result)
 {
@@ -195,6 +232,7 @@ printSummary(const Arguments& arguments, const RGBDDataset& dataset, const Recon
               << dataset.skipped().front().reason << "\n";
   printReasons(result, 3);
   printCorrections(result);
+  printMeshReport(result.mesh_report);
   std::cout << result.component_sizes.front() << " of " << result.frames.size()
             << " frames have a pose in one world";
   for (std::size_t c = 1; c < result.component_sizes.size(); ++c)

@@ -5,6 +5,7 @@
 #include "prepared_scan.h"
 #include "read_in_order.h"
 
+#include <bundle_icp/io/mesh_io.h>
 #include <bundle_icp/surface/tsdf_marching_cubes.h>
 
 #include <pcl/exceptions.h>
@@ -288,6 +289,7 @@ Reconstruction::fuseSurface()
   cubes.setVolume(volume);
   cubes.setMeshOptions(options_.mesh);
   cubes.reconstruct(result_.mesh);
+  result_.mesh_report = cubes.getMeshReport();
   return true;
 }
 
@@ -309,6 +311,21 @@ parseReconstructionMethod(const std::string& name)
   return std::nullopt;
 }
 
+namespace {
+
+/** The first that writeMesh() does not know, or nothing. */
+std::string
+unknownFormat(const std::vector<std::string>& formats)
+{
+  const std::vector<std::string> known = meshFormats();
+  const auto found = std::find_if(formats.begin(), formats.end(), [&](const std::string& format) {
+    return std::find(known.begin(), known.end(), format) == known.end();
+  });
+  return found == formats.end() ? "" : "'" + *found + "'";
+}
+
+} // namespace
+
 bool
 ReconstructionOptions::isValid(std::string* error) const
 {
@@ -317,6 +334,10 @@ ReconstructionOptions::isValid(std::string* error) const
     reason = "depth_reduction must lie in 1 ... 8";
   else if (num_threads < 0)
     reason = "num_threads must be >= 0";
+  else if (make_mesh && mesh_formats.empty())
+    reason = "mesh_formats is empty";
+  else if (const std::string unknown = unknownFormat(mesh_formats); !unknown.empty())
+    reason = "unknown mesh format " + unknown + "; known are ply, obj and stl";
   else
     features.isValid(&reason) && graph.isValid(&reason) && mapper.isValid(&reason) &&
         tracking.isValid(&reason) && volume.isValid(&reason) && mesh.isValid(&reason);

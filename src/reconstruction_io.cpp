@@ -60,7 +60,9 @@ previewCamera()
 
 /** The scan at a glance, for people without a mesh viewer at hand. */
 void
-writePreviews(const std::string& prefix, const ReconstructionResult& result)
+writePreviews(const std::string& prefix,
+              const ReconstructionOptions& options,
+              const ReconstructionResult& result)
 {
   std::vector<Pose> poses;
   for (const TimedPose& pose : result.trajectory())
@@ -68,7 +70,8 @@ writePreviews(const std::string& prefix, const ReconstructionResult& result)
   writeImage(prefix + "trajectory.png", renderTrajectoryPreview(poses));
   if (result.mesh.polygons.empty())
     return;
-  writeMesh(prefix + "mesh.ply", result.mesh);
+  for (const std::string& format : options.mesh_formats)
+    writeMesh(prefix + "mesh." + format, result.mesh);
   const CameraIntrinsics camera = previewCamera();
   writeImage(
       prefix + "mesh.png",
@@ -88,7 +91,7 @@ writeFiles(const std::string& prefix,
   writeTrajectory(prefix + "trajectory.txt", result.trajectory());
   if (result.graph)
     writeSparseModel(prefix + "sparse.ply", *result.graph, result.model);
-  writePreviews(prefix, result);
+  writePreviews(prefix, options, result);
 }
 
 /** A hidden folder in the results' folder, removed at the end with what is left in it. */

@@ -60,11 +60,34 @@ toJson(const ReconstructionOptions& options)
             {"threads", options.num_threads},
             {"mesh", options.make_mesh},
             {"voxel_size", options.volume.voxel_size},
-            {"truncation", options.volume.truncation}};
+            {"truncation", options.volume.truncation},
+            {"min_component", options.mesh.cleaning.min_component_area},
+            {"fill_holes", options.mesh.cleaning.max_hole_perimeter},
+            {"decimate", options.mesh.decimation.max_triangles},
+            {"decimate_error", options.mesh.decimation.max_error}};
   if (options.volume.region) {
     const Eigen::Vector3d low = options.volume.region->min(), high = options.volume.region->max();
     json["roi"] = {low.x(), low.y(), low.z(), high.x(), high.y(), high.z()};
   }
+  return json;
+}
+
+Json
+meshReport(const ReconstructionResult& result)
+{
+  const MeshCleaningResult& cleaning = result.mesh_report.cleaning;
+  const MeshDecimationResult& decimation = result.mesh_report.decimation;
+  Json json{{"vertices", std::size_t(result.mesh.cloud.width) * result.mesh.cloud.height},
+            {"triangles", result.mesh.polygons.size()},
+            {"small_components_removed", cleaning.small_components},
+            {"holes_filled", cleaning.holes_filled},
+            {"filled_area", cleaning.filled_area}};
+  if (decimation.triangles_after < decimation.triangles_before)
+    json["decimation"] = {{"triangles_before", decimation.triangles_before},
+                          {"error", decimation.statedError()},
+                          {"max_error", decimation.max_error},
+                          {"rms_error", decimation.rms_error},
+                          {"max_reverse_error", decimation.max_reverse_error}};
   return json;
 }
 
@@ -146,6 +169,8 @@ makeReport(const RGBDDataset& dataset,
   for (const auto& [stage, seconds] : result.timing_s)
     report["timing_s"][stage] = seconds;
   report["peak_memory_bytes"] = result.peak_memory_bytes;
+  if (!result.mesh.polygons.empty())
+    report["mesh"] = meshReport(result);
   report["calibration"] = calibrationReport(dataset, result);
   report["options"] = toJson(options);
   return report;

@@ -53,6 +53,8 @@ struct BUNDLE_ICP_EXPORT ReconstructionOptions {
   int depth_reduction = 2;
   /** Without it the volume is neither filled nor meshed. */
   bool make_mesh = true;
+  /** Files mesh.EXTENSION that writeReconstruction() makes, see meshFormats(). */
+  std::vector<std::string> mesh_formats{"ply"};
   /** Threads of all steps, 0 = all; the num_threads of the steps' own options is ignored. */
   int num_threads = 0;
 
@@ -102,7 +104,8 @@ struct ReconstructionResult {
   std::vector<std::size_t> frame_of_image;  ///< index into `frames` of each image
   SparseModel model;                        ///< with the calibration
   SelfCalibrationResult self_calibration;   ///< what was tested, and what applied
-  pcl::PolygonMesh mesh;                    ///< vertices as PointXYZRGBNormal
+  pcl::PolygonMesh mesh;  ///< fields of toPolygonMesh(), which has those of PointXYZRGBNormal
+  MeshReport mesh_report; ///< how it was cleaned and decimated
   std::vector<std::pair<std::string, double>> timing_s; ///< wall time of each stage [s]
   std::size_t peak_memory_bytes = 0;        ///< of the process, so far
 

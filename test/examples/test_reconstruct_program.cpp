@@ -69,6 +69,32 @@ TEST_F(ReconstructScan, GivesPosesPointsMeshAndReport)
   EXPECT_FALSE(cv::imread(out + "/mesh.png").empty());
 }
 
+TEST_F(ReconstructScan, MeshIsFilledAndDecimatedAndWrittenInEachFormat)
+{
+  ASSERT_EQ(reconstruct().exit_code, 0);
+  const std::size_t triangles = report()["mesh"]["triangles"];
+  const ProgramResult result =
+      reconstruct({"--mesh-format", "ply,obj,stl", "--fill-holes", "0.3", "--decimate", "2000"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_CONTAINS(result.err, "holes filled");
+  EXPECT_CONTAINS(result.err, "largest deviation");
+  const nlohmann::json mesh = report()["mesh"];
+  EXPECT_GT(triangles, 4000u);
+  EXPECT_LE(mesh["triangles"], 2000);
+  EXPECT_GE(mesh["decimation"]["triangles_before"], triangles); // more, by what fills holes
+  EXPECT_GT(mesh["holes_filled"], 0);
+  EXPECT_GT(mesh["filled_area"], 0);
+  EXPECT_GT(mesh["decimation"]["error"], 0);
+  EXPECT_LT(mesh["decimation"]["error"], 0.1);
+  EXPECT_EQ(boost::filesystem::file_size(out + "/mesh.stl"),
+            84 + 50 * mesh["triangles"].get<std::size_t>());
+  EXPECT_CONTAINS(readText(out + "/mesh.obj"), "# End of File");
+  pcl::PCLPointCloud2 vertices;
+  ASSERT_EQ(pcl::io::loadPLYFile(out + "/mesh.ply", vertices), 0);
+  for (const char* field : {"normal_x", "rgb", "weight", "std_deviation"})
+    EXPECT_GE(pcl::getFieldIndex(vertices, field), 0) << field;
+}
+
 TEST_F(ReconstructScan, ReportHasWhatWasPromised)
 {
   ASSERT_EQ(reconstruct({"--no-mesh", "--max-frames", "4"}).exit_code, 0);
