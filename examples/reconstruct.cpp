@@ -34,18 +34,42 @@ struct Arguments {
   bool is_quiet = false;
 };
 
-Eigen::AlignedBox3d
-parseRegion(const std::string& text)
+/** Numbers separated by commas; empty when the text is anything else. */
+std::vector<double>
+parseNumbers(const std::string& text)
 {
   std::istringstream stream(text);
-  Eigen::Matrix<double, 6, 1> v;
-  char comma = ',';
-  for (int i = 0; i < 6; ++i)
-    if ((i > 0 && !(stream >> comma)) || comma != ',' || !(stream >> v[i]))
-      throw UsageError("--roi " + text + ": expected x0,y0,z0,x1,y1,z1");
-  const Eigen::AlignedBox3d box(v.head<3>(), v.tail<3>());
-  if (stream.peek() != EOF || box.isEmpty())
-    throw UsageError("--roi " + text + ": expected x0,y0,z0,x1,y1,z1 with x0 < x1 and so on");
+  std::vector<double> numbers(1);
+  if (!(stream >> numbers[0]))
+    return {};
+  for (char comma = 0; stream >> comma;) {
+    numbers.emplace_back();
+    if (comma != ',' || !(stream >> numbers.back()))
+      return {};
+  }
+  return numbers;
+}
+
+OrientedBox
+parseRegion(const std::string& text)
+{
+  const std::vector<double> v = parseNumbers(text);
+  if (v.size() == 6) {
+    const Eigen::AlignedBox3d box(Eigen::Vector3d(v[0], v[1], v[2]), Eigen::Vector3d(v[3], v[4], v[5]));
+    if (box.isEmpty())
+      throw UsageError("--roi " + text + ": expected x0,y0,z0,x1,y1,z1 with x0 < x1 and so on");
+    return box;
+  }
+  if (v.size() != 10)
+    throw UsageError("--roi " + text + ": expected x0,y0,z0,x1,y1,z1 or "
+                     "cx,cy,cz,sx,sy,sz,qx,qy,qz,qw or object");
+  const Eigen::Quaterniond turn(v[9], v[6], v[7], v[8]);
+  if (!(std::abs(turn.norm() - 1) < 1e-3))
+    throw UsageError("--roi " + text + ": expected a quaternion of length 1 as qx,qy,qz,qw");
+  OrientedBox box(Pose(turn.normalized()), {v[3], v[4], v[5]});
+  box.world_from_box.pretranslate(Eigen::Vector3d(v[0], v[1], v[2]));
+  if (!(box.size.array() > 0).all())
+    throw UsageError("--roi " + text + ": expected sx, sy and sz above 0");
   return box;
 }
 
@@ -62,11 +86,19 @@ describe(Arguments& arguments)
       "edge of a voxel of the surface [m]")(
       "truncation",
       po::value<double>()->value_name("M"),
-      "truncation of the signed distance [m]; default: 8 voxels")(
+      "truncation of the signed distance [m]; default: 8 voxels, at least 0.02")(
       "roi",
-      po::value<std::string>()->value_name("X0,Y0,Z0,X1,Y1,Z1"),
-      "box to which the surface is limited [m], in the camera frame of the earliest frame; "
-      "default: everything")("no-mesh", "poses and sparse model only")(
+      po::value<std::string>()->value_name("BOX"),
+      "to what the surface is limited [m], in the camera frame of the earliest frame: "
+      "x0,y0,z0,x1,y1,z1 (corners), or cx,cy,cz,sx,sy,sz,qx,qy,qz,qw (centre, lengths of the edges, "
+      "orientation of a turned box), or object: what stands on the dominant plane and most frames look "
+      "at, with 2 cm around it; default: everything")(
+      "min-depth",
+      po::value(&options.volume.min_depth)->value_name("M")->default_value(0.1, "0.1"),
+      "nearer depth takes no part in the surface [m]")(
+      "max-depth",
+      po::value(&options.volume.max_depth)->value_name("M")->default_value(5.0, "5"),
+      "farther depth takes no part in the surface [m]")("no-mesh", "poses and sparse model only")(
       "mesh-format",
       po::value<std::string>()->value_name("LIST")->default_value("ply"),
       "files of the mesh, of ply,obj,stl")(
@@ -126,10 +158,15 @@ applyValues(const po::variables_map& values, Arguments& arguments)
 {
   TSDFOptions& volume = arguments.reconstruction.volume;
   volume.truncation = values.count("truncation") ? values["truncation"].as<double>()
-                                                 : 8 * volume.voxel_size;
+                                                 : std::max(8 * volume.voxel_size, 0.02);
   arguments.reconstruction.make_mesh = !values.count("no-mesh");
-  if (values.count("roi"))
-    volume.region = parseRegion(values["roi"].as<std::string>());
+  if (values.count("roi")) {
+    const std::string text = values["roi"].as<std::string>();
+    if (text == "object")
+      arguments.reconstruction.object.emplace();
+    else
+      volume.region = parseRegion(text);
+  }
   boost::split(arguments.reconstruction.mesh_formats,
                values["mesh-format"].as<std::string>(),
                boost::is_any_of(","));
@@ -223,6 +260,22 @@ printMeshReport(const MeshReport& report)
               << " mm\n";
 }
 
+/** Where the object was found, as --roi takes it. */
+void
+printObject(const ReconstructionResult& result)
+{
+  if (!result.object)
+    return;
+  const OrientedBox& box = result.object->box;
+  const Eigen::Vector3d center = box.world_from_box.translation();
+  const Eigen::Quaterniond turn(box.world_from_box.linear());
+  const Eigen::IOFormat commas(4, Eigen::DontAlignCols, ",", ",");
+  std::cerr << "object: " << result.object->looking_frames << " of " << result.object->num_frames
+            << " frames look at it; --roi " << center.transpose().format(commas) << ","
+            << box.size.transpose().format(commas) << "," << turn.coeffs().transpose().format(commas)
+            << "\n";
+}
+
 void
 printSummary(const Arguments& arguments, const RGBDDataset& dataset, const ReconstructionResult& result)
 {
@@ -232,6 +285,7 @@ printSummary(const Arguments& arguments, const RGBDDataset& dataset, const Recon
               << dataset.skipped().front().reason << "\n";
   printReasons(result, 3);
   printCorrections(result);
+  printObject(result);
   printMeshReport(result.mesh_report);
   std::cout << result.component_sizes.front() << " of " << result.frames.size()
             << " frames have a pose in one world";
@@ -268,6 +322,8 @@ runReconstruction(int argc, char** argv)
     printReasons(result, result.frames.size());
     throw pcl::PCLException(arguments->scan + ": no two frames could be connected");
   }
+  if (result.status == ReconstructionStatus::NO_OBJECT)
+    throw pcl::PCLException(arguments->scan + ": --roi object: " + result.object->reason);
   writeReconstruction(arguments->output, *dataset, arguments->reconstruction, result);
   printSummary(*arguments, *dataset, result);
   return std::cout.flush() ? 0 : 1;

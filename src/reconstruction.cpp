@@ -73,6 +73,14 @@ private:
   bool
   mapImages();
   bool
+  makeSurface();
+  std::vector<std::size_t>
+  framesToFuse() const;
+  RGBDFrame
+  corrected(std::size_t index, const RGBDFrame& image) const;
+  bool
+  findObject();
+  bool
   fuseSurface();
   void
   chooseWorld();
@@ -103,10 +111,10 @@ ReconstructionResult
 Reconstruction::run()
 {
   const bool completed = prepare() && estimatePoses() &&
-                         (!options_.make_mesh || result_.component_sizes.empty() ||
-                          timed("surface", [this] { return fuseSurface(); }));
+                         (!options_.make_mesh || result_.component_sizes.empty() || makeSurface());
   result_.status = !completed                         ? ReconstructionStatus::STOPPED
                    : result_.component_sizes.empty() ? ReconstructionStatus::NOTHING_REGISTERED
+                   : result_.object && !result_.object->is_found ? ReconstructionStatus::NO_OBJECT
                                                      : ReconstructionStatus::COMPLETED;
   for (FrameReport& frame : result_.frames)
     if (!completed && !frame.registered && frame.reason.empty())
@@ -251,10 +259,22 @@ Reconstruction::reportFrames(const std::vector<ImageRegistration>& registrations
   }
 }
 
-/** Equation (7): all frames of the largest component, in the order of their content, which a
- *  shuffled recording shares; those that were tracked in that of their tracking. */
 bool
-Reconstruction::fuseSurface()
+Reconstruction::makeSurface()
+{
+  if (options_.object) {
+    if (!timed("object", [this] { return findObject(); }))
+      return false;
+    if (!result_.object->is_found)
+      return true;
+  }
+  return timed("surface", [this] { return fuseSurface(); });
+}
+
+/** All frames of the largest component, in the order of their content, which a shuffled recording
+ *  shares; those that were tracked in that of their tracking. */
+std::vector<std::size_t>
+Reconstruction::framesToFuse() const
 {
   std::vector<std::size_t> fused = result_.frame_of_image;
   if (!result_.graph) {
@@ -265,22 +285,69 @@ Reconstruction::fuseSurface()
                              fused.end(),
                              [this](std::size_t i) { return result_.frames[i].component != 0; }),
               fused.end());
-  const Calibration& calibration = result_.model.calibration();
-  const CameraIntrinsics camera = calibration.corrected(scan_.dataset().camera());
-  auto volume = std::make_shared<TSDFVolume>(options_.volume);
+  return fused;
+}
+
+RGBDFrame
+Reconstruction::corrected(std::size_t index, const RGBDFrame& image) const
+{
+  return correctedFrame(image,
+                        scan_.dataset().camera(),
+                        result_.model.calibration(),
+                        result_.frames[index].depth_error,
+                        options_.mapper.virtual_depth.noise);
+}
+
+/** A pass over some frames' points, before the surface. */
+bool
+Reconstruction::findObject()
+{
+  constexpr std::size_t most_frames = 100;
+  const std::vector<std::size_t> all = framesToFuse();
+  std::vector<std::size_t> some;
+  for (std::size_t i = 0; i < std::min(most_frames, all.size()); ++i)
+    some.push_back(all[i * all.size() / std::min(most_frames, all.size())]);
+  const CameraIntrinsics camera = result_.model.calibration().corrected(scan_.dataset().camera());
+  std::vector<pcl::PointCloud<pcl::PointXYZ>> clouds;
+  std::vector<Pose> poses;
+  std::size_t done = 0;
+  const bool completed = readInOrder(
+      scan_.dataset(),
+      some,
+      options_.num_threads,
+      [&](std::size_t index, const RGBDFrame& image, const std::string& error) {
+        if (error.empty()) { // one that cannot be read is named when it is to be fused
+          clouds.push_back(samplePoints(corrected(index, image), camera));
+          poses.push_back(result_.frames[index].world_from_depth);
+        }
+        return !progress_ || progress_({"object", ++done, some.size()});
+      });
+  if (!completed)
+    return false;
+  result_.object.emplace();
+  result_.object->reason = "no object: no frame could be read again";
+  if (!clouds.empty())
+    result_.object = findObjectRegion(clouds, poses, *options_.object);
+  return true;
+}
+
+/** Equation (7). */
+bool
+Reconstruction::fuseSurface()
+{
+  const std::vector<std::size_t> fused = framesToFuse();
+  const CameraIntrinsics camera = result_.model.calibration().corrected(scan_.dataset().camera());
+  TSDFOptions volume_options = options_.volume;
+  if (result_.object)
+    volume_options.region = result_.object->box;
+  auto volume = std::make_shared<TSDFVolume>(volume_options);
   std::size_t done = 0;
   const auto fuse = [&](std::size_t index, const RGBDFrame& image, const std::string& error) {
     FrameReport& frame = result_.frames[index];
     // One that could be read before keeps its pose; the surface does without it.
     frame.reason = error;
     if (error.empty())
-      volume->integrate(correctedFrame(image,
-                                       scan_.dataset().camera(),
-                                       calibration,
-                                       frame.depth_error,
-                                       options_.mapper.virtual_depth.noise),
-                        camera,
-                        frame.world_from_depth);
+      volume->integrate(corrected(index, image), camera, frame.world_from_depth);
     return !progress_ || progress_({"surface", ++done, fused.size()});
   };
   if (!readInOrder(scan_.dataset(), fused, options_.num_threads, fuse))
@@ -340,7 +407,8 @@ ReconstructionOptions::isValid(std::string* error) const
     reason = "unknown mesh format " + unknown + "; known are ply, obj and stl";
   else
     features.isValid(&reason) && graph.isValid(&reason) && mapper.isValid(&reason) &&
-        tracking.isValid(&reason) && volume.isValid(&reason) && mesh.isValid(&reason);
+        tracking.isValid(&reason) && volume.isValid(&reason) && mesh.isValid(&reason) &&
+        (!object || object->isValid(&reason));
   if (error && !reason.empty())
     *error = reason;
   return reason.empty();

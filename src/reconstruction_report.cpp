@@ -49,6 +49,20 @@ toJson(const CameraIntrinsics& camera)
           {"cy", camera.cy}};
 }
 
+/** As --roi takes it: two corners, or, when it is turned, centre, edges and orientation. */
+Json
+toJson(const OrientedBox& box)
+{
+  const Eigen::Vector3d center = box.world_from_box.translation(), half = 0.5 * box.size;
+  if (box.isAligned()) {
+    const Eigen::Vector3d low = center - half, high = center + half;
+    return {low.x(), low.y(), low.z(), high.x(), high.y(), high.z()};
+  }
+  const Eigen::Quaterniond q(box.world_from_box.linear());
+  return {center.x(), center.y(), center.z(), box.size.x(), box.size.y(),
+          box.size.z(), q.x(), q.y(), q.z(), q.w()};
+}
+
 Json
 toJson(const ReconstructionOptions& options)
 {
@@ -64,11 +78,13 @@ toJson(const ReconstructionOptions& options)
             {"min_component", options.mesh.cleaning.min_component_area},
             {"fill_holes", options.mesh.cleaning.max_hole_perimeter},
             {"decimate", options.mesh.decimation.max_triangles},
-            {"decimate_error", options.mesh.decimation.max_error}};
-  if (options.volume.region) {
-    const Eigen::Vector3d low = options.volume.region->min(), high = options.volume.region->max();
-    json["roi"] = {low.x(), low.y(), low.z(), high.x(), high.y(), high.z()};
-  }
+            {"decimate_error", options.mesh.decimation.max_error},
+            {"min_depth", options.volume.min_depth},
+            {"max_depth", options.volume.max_depth}};
+  if (options.volume.region)
+    json["roi"] = toJson(*options.volume.region);
+  if (options.object)
+    json["roi"] = "object";
   return json;
 }
 
@@ -89,6 +105,18 @@ meshReport(const ReconstructionResult& result)
                           {"rms_error", decimation.rms_error},
                           {"max_reverse_error", decimation.max_reverse_error}};
   return json;
+}
+
+Json
+toJson(const ObjectRegion& object)
+{
+  if (!object.is_found)
+    return {{"found", false}, {"reason", object.reason}};
+  return {{"found", true},
+          {"roi", toJson(object.box)},
+          {"plane", {object.plane[0], object.plane[1], object.plane[2], object.plane[3]}},
+          {"looking_frames", object.looking_frames},
+          {"frames", object.num_frames}};
 }
 
 bool
@@ -166,6 +194,8 @@ makeReport(const RGBDDataset& dataset,
   report["components"] = Json::array();
   for (std::size_t c = 0; c < result.component_sizes.size(); ++c)
     report["components"].push_back({{"component", c}, {"frames", result.component_sizes[c]}});
+  if (result.object)
+    report["object"] = toJson(*result.object);
   for (const auto& [stage, seconds] : result.timing_s)
     report["timing_s"][stage] = seconds;
   report["peak_memory_bytes"] = result.peak_memory_bytes;

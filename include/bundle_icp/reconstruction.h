@@ -8,6 +8,7 @@
 #include <bundle_icp/io/trajectory.h>
 #include <bundle_icp/sparse/incremental_mapper.h>
 #include <bundle_icp/surface/extract_surface.h>
+#include <bundle_icp/surface/object_region.h>
 #include <bundle_icp/surface/tsdf_volume.h>
 #include <bundle_icp/tracking/frame_to_model.h>
 
@@ -48,6 +49,9 @@ struct BUNDLE_ICP_EXPORT ReconstructionOptions {
   TrackingOptions tracking; ///< of F2M_ICP and VISUAL_ICP
   TSDFOptions volume;       ///< from which the mesh is made
   MeshOptions mesh;
+  /** When set, the surface is limited to the object on the dominant plane, in place of
+   *  volume.region; see findObjectRegion(). */
+  std::optional<ObjectRegionOptions> object;
   /** Bundle ICP works on depth images reduced by this integer factor: 1 is slower and, at
    *  640x480, no more accurate, since the noise of neighbouring depth pixels is correlated. */
   int depth_reduction = 2;
@@ -70,7 +74,8 @@ struct BUNDLE_ICP_EXPORT ReconstructionOptions {
 enum class ReconstructionStatus {
   COMPLETED,         ///< all steps ran; see the frames' reports for what is missing
   STOPPED,           ///< the progress callback asked to stop; what was done by then is given
-  NOTHING_REGISTERED ///< no two frames could be connected; each frame says why
+  NOTHING_REGISTERED, ///< no two frames could be connected; each frame says why
+  NO_OBJECT          ///< poses are given, but no surface: ReconstructionResult::object says why
 };
 
 /** What became of one frame of the recording. */
@@ -104,6 +109,7 @@ struct ReconstructionResult {
   std::vector<std::size_t> frame_of_image;  ///< index into `frames` of each image
   SparseModel model;                        ///< with the calibration
   SelfCalibrationResult self_calibration;   ///< what was tested, and what applied
+  std::optional<ObjectRegion> object;       ///< when ReconstructionOptions::object asked for it
   pcl::PolygonMesh mesh;  ///< fields of toPolygonMesh(), which has those of PointXYZRGBNormal
   MeshReport mesh_report; ///< how it was cleaned and decimated
   std::vector<std::pair<std::string, double>> timing_s; ///< wall time of each stage [s]

@@ -258,7 +258,7 @@ SyntheticScan::visibleSurface(double spacing, int num_threads) const
                                     std::to_string(spacing) +
                                     " m, expected at least 0.001 m");
   const auto step =
-      std::size_t(std::max(1.0, std::round(0.3 * impl_->options.frame_rate)));
+      std::size_t(std::max(1.0, std::round(0.1 * impl_->options.frame_rate)));
   std::vector<Pose> poses;
   for (std::size_t number = 0; number < size(); number += step)
     poses.push_back(impl_->path.at(impl_->timeOf(number)));

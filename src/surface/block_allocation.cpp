@@ -39,30 +39,65 @@ private:
   std::vector<std::uint64_t> keys_;
 };
 
-/** Box of block coordinates in which allocation is allowed. */
-struct BlockLimits {
-  Eigen::Vector3i low, high;
-
+/** Where blocks may be allocated. Coordinates are in blocks. */
+class BlockLimits {
+public:
   explicit BlockLimits(const TSDFOptions& options)
-      : low(Eigen::Vector3i::Constant(-VoxelBlockMap::limit + 1)),
-        high(Eigen::Vector3i::Constant(VoxelBlockMap::limit - 2))
+      : low_(Eigen::Vector3i::Constant(-VoxelBlockMap::limit + 1)),
+        high_(Eigen::Vector3i::Constant(VoxelBlockMap::limit - 2))
   {
     if (!options.region)
       return;
     const double size = options.voxel_size * block_edge;
-    const Eigen::Vector3d half = Eigen::Vector3d::Constant(0.5 / block_edge);
-    const Eigen::Vector3d first = (options.region->min() / size + half).array().floor();
-    const Eigen::Vector3d last = (options.region->max() / size + half).array().floor();
-    low = first.cwiseMax(low.cast<double>()).cwiseMin(high.cast<double>()).cast<int>();
-    high = last.cwiseMax(low.cast<double>()).cwiseMin(high.cast<double>()).cast<int>();
+    region_ = *options.region;
+    region_->world_from_box.translation() /= size;
+    region_->world_from_box.translation() += Eigen::Vector3d::Constant(0.5 / block_edge);
+    region_->size /= size;
+    const Eigen::AlignedBox3d bounds = region_->bounds();
+    const Eigen::Vector3d low = low_.cast<double>(), high = high_.cast<double>();
+    const Eigen::Vector3d first = bounds.min().array().floor();
+    const Eigen::Vector3d last = bounds.max().array().floor();
+    low_ = first.cwiseMax(low).cwiseMin(high).cast<int>();
+    high_ = last.cwiseMax(low).cwiseMin(high).cast<int>();
   }
 
+  /** In the axis-aligned box around the region. */
   bool
-  contains(const Eigen::Vector3i& block) const
+  boundsContain(const Eigen::Vector3i& block) const
   {
-    return (block.array() >= low.array()).all() &&
-           (block.array() <= high.array()).all();
+    return (block.array() >= low_.array()).all() &&
+           (block.array() <= high_.array()).all();
   }
+
+  /** Two boxes are apart when an axis of one, or the product of an axis of each,
+   * separates them (Gottschalk, Lin, Manocha, SIGGRAPH 1996). */
+  bool
+  intersects(const Eigen::Vector3i& block) const
+  {
+    if (!region_ || region_->isAligned())
+      return true;
+    const Eigen::Matrix3d axes = region_->world_from_box.linear();
+    const Eigen::Vector3d half = 0.5 * region_->size;
+    const Eigen::Vector3d apart = block.cast<double>() + Eigen::Vector3d::Constant(0.5) -
+                                  region_->world_from_box.translation();
+    const auto separates = [&](const Eigen::Vector3d& axis) {
+      const double reach =
+          0.5 * axis.lpNorm<1>() + half.dot((axes.transpose() * axis).cwiseAbs());
+      return std::abs(apart.dot(axis)) > reach;
+    };
+    for (int i = 0; i < 3; ++i) {
+      if (separates(axes.col(i)))
+        return false;
+      for (int j = 0; j < 3; ++j)
+        if (separates(Eigen::Vector3d::Unit(i).cross(axes.col(j))))
+          return false;
+    }
+    return true;
+  }
+
+private:
+  Eigen::Vector3i low_, high_;
+  std::optional<OrientedBox> region_;
 };
 
 // Visits the blocks on a segment from one to the next across the nearest face
@@ -83,7 +118,7 @@ walkSegment(const Eigen::Vector3d& begin, const Eigen::Vector3d& end,
     next[axis] = speed > 0 ? ahead / speed : INFINITY;
   }
   for (int steps = (last - block).cwiseAbs().sum(); steps >= 0; --steps) {
-    if (limits.contains(block))
+    if (limits.boundsContain(block))
       keys.add(VoxelBlockMap::key(block));
     int axis = next[0] < next[1] ? 0 : 1;
     axis = next[2] < next[axis] ? 2 : axis;
@@ -129,7 +164,13 @@ patchBlocks(const DepthSamples& samples, int u0, int v0, const Pose& blocks_from
       walkSegment(origin + (z - options.truncation) * ray,
                   origin + (z + options.truncation) * ray, limits, keys);
     }
-  return keys.take();
+  std::vector<std::uint64_t> found = keys.take();
+  found.erase(std::remove_if(found.begin(), found.end(),
+                             [&limits](std::uint64_t key) {
+                               return !limits.intersects(VoxelBlockMap::coordinates(key));
+                             }),
+              found.end());
+  return found;
 }
 
 /** The part of a frame that one block's bounding sphere covers. */

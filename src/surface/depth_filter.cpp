@@ -1,22 +1,57 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "surface/depth_filter.h"
+#include "surface/simd.h"
 
-#include "common/simd.h"
-
-#include <cmath>
+#include <array>
 #include <limits>
 #include <opencv2/core.hpp>
-#include <vector>
+#include <utility>
 
 namespace bundle_icp {
 namespace {
 
-/** Inverse depths that differ by more than this many sigmas belong to other surfaces. The
- *  centre is as noisy as its neighbours, hence more than the usual three. */
-constexpr double SURFACE_SIGMAS = 5;
+using namespace simd;
 
-/** One row of inverse depths, 0 = not measured. */
+/** Half the number of taps of a pass along each axis. */
+constexpr int REACH = 2;
+constexpr int TAPS = 2 * REACH + 1;
+/** A B-spline's, the usual one of this transform. */
+constexpr std::array<float, TAPS> SPATIAL = {1, 4, 6, 4, 1};
+/** Inverse depths that differ by more than this many sigmas belong to other surfaces. The centre
+ *  is as noisy as its neighbours, hence more than the usual three; after each pass both are less
+ *  noisy. */
+constexpr std::array<float, 3> SURFACE_SIGMAS = {5, 3.5F, 2.5F};
+
+/** Inverse depths with a margin of zeros, as wide as the taps reach, and vectors to the right. */
+struct PaddedImage {
+  PaddedImage(int width, int height, int reach)
+  : margin(reach), pixels(height + 2 * reach, width + 2 * reach + lanes, CV_32FC1, cv::Scalar(0))
+  {
+  }
+
+  float*
+  row(int y)
+  {
+    return pixels.ptr<float>(y + margin) + margin;
+  }
+
+  const float*
+  row(int y) const
+  {
+    return pixels.ptr<float>(y + margin) + margin;
+  }
+
+  int margin;
+  cv::Mat pixels;
+};
+
+struct PassOptions {
+  int spacing; ///< of the taps [px]
+  float sigmas;
+  float constant, quadratic, offset; ///< DepthNoise
+};
+
 void
 invertRow(const float* depth, int width, float* inverse)
 {
@@ -24,23 +59,52 @@ invertRow(const float* depth, int width, float* inverse)
     inverse[x] = depth[x] > 0 ? 1 / depth[x] : 0;
 }
 
-/** Adds one neighbour of each pixel of a row; Tukey's biweight in the difference. */
-BUNDLE_ICP_SIMD void
-addNeighbours(const float* center,
-              const float* neighbour,
-              const float* inverse_width,
-              float spatial_weight,
-              int width,
-              float* sum,
-              float* weights)
+void
+invertBack(const float* inverse, int width, float* depth)
 {
-  for (int x = 0; x < width; ++x) {
-    const float u = (neighbour[x] - center[x]) * inverse_width[x];
-    float k = 1 - u * u;
-    k = k > 0 ? k : 0;
-    k *= k * spatial_weight;
-    sum[x] += k * neighbour[x];
-    weights[x] += k;
+  for (int x = 0; x < width; ++x)
+    depth[x] = inverse[x] > 0 ? 1 / inverse[x] : std::numeric_limits<float>::quiet_NaN();
+}
+
+/** One row of a pass. Tukey's biweight in the difference from the centre. */
+BUNDLE_ICP_SIMD void
+smoothRow(const std::array<const float*, TAPS>& rows, int width, const PassOptions& options, float* out)
+{
+  for (int x = 0; x < width; x += lanes) {
+    const Floats center = load<Floats>(rows[REACH] + x);
+    const Ints known = center > 0;
+    const Floats z = 1 / (known ? center : Floats{} + 1);
+    const Floats dz = z - options.offset;
+    // sigma of 1/z is sigma / z^2
+    const Floats sigma = options.constant + options.quadratic * dz * dz;
+    const Floats inverse_width = z * z / (options.sigmas * sigma);
+    Floats sum{}, weights{};
+    for (int j = 0; j < TAPS; ++j)
+      for (int i = 0; i < TAPS; ++i) {
+        const Floats neighbour = load<Floats>(rows[j] + x + (i - REACH) * options.spacing);
+        const Floats u = (neighbour - center) * inverse_width;
+        const Floats falloff = larger(1 - u * u, Floats{});
+        const Floats weight = falloff * falloff * (SPATIAL[i] * SPATIAL[j]);
+        sum += weight * neighbour;
+        weights += weight;
+      }
+    const Floats result = known ? sum / weights : Floats{};
+    std::memcpy(out + x, &result, sizeof(result));
+  }
+}
+
+void
+smoothOnce(const PaddedImage& in, int width, int height, const PassOptions& options, int num_threads,
+           PaddedImage& out)
+{
+#pragma omp parallel for schedule(static) num_threads(num_threads)
+  for (int y = 0; y < height; ++y) {
+    std::array<const float*, TAPS> rows;
+    for (int j = 0; j < TAPS; ++j)
+      rows[j] = in.row(y + (j - REACH) * options.spacing);
+    smoothRow(rows, width, options, out.row(y));
+    // The last vector reaches into the margin, which must stay zero.
+    std::fill_n(out.row(y) + width, lanes, 0.0F);
   }
 }
 
@@ -50,43 +114,27 @@ cv::Mat
 smoothDepth(const cv::Mat& depth, const DepthNoise& noise, int radius, int num_threads)
 {
   const int width = depth.cols, height = depth.rows;
-  cv::Mat inverse(height + 2 * radius, width + 2 * radius, CV_32FC1, cv::Scalar(0));
+  std::size_t passes = 0;
+  for (int reached = 0; reached < radius && passes < SURFACE_SIGMAS.size(); ++passes)
+    reached += REACH << passes;
+  const int margin = std::max(1, REACH << passes);
+  PaddedImage from(width, height, margin), to(width, height, margin);
 #pragma omp parallel for num_threads(num_threads)
   for (int y = 0; y < height; ++y)
-    invertRow(depth.ptr<float>(y), width, inverse.ptr<float>(y + radius) + radius);
-
-  cv::Mat smooth(depth.size(), CV_32FC1);
-#pragma omp parallel num_threads(num_threads)
-  {
-    std::vector<float> sum(width), weights(width), inverse_width(width);
-#pragma omp for schedule(static)
-    for (int y = 0; y < height; ++y) {
-      const float* center = inverse.ptr<float>(y + radius) + radius;
-      for (int x = 0; x < width; ++x) {
-        // sigma of 1/z is sigma / z^2; what is not measured has no neighbours
-        const float w = center[x], z = 1 / w;
-        inverse_width[x] =
-            w > 0 ? float(1 / (SURFACE_SIGMAS * noise.sigma(z) * w * w)) : 1e9f;
-      }
-      std::fill(sum.begin(), sum.end(), 0.0f);
-      std::fill(weights.begin(), weights.end(), 0.0f);
-      for (int dy = -radius; dy <= radius; ++dy)
-        for (int dx = -radius; dx <= radius; ++dx) {
-          const float spatial =
-              std::exp(-float(dx * dx + dy * dy) * 2 / float((radius + 1) * (radius + 1)));
-          addNeighbours(center,
-                        inverse.ptr<float>(y + radius + dy) + radius + dx,
-                        inverse_width.data(),
-                        spatial,
-                        width,
-                        sum.data(),
-                        weights.data());
-        }
-      float* out = smooth.ptr<float>(y);
-      for (int x = 0; x < width; ++x)
-        out[x] = center[x] > 0 ? weights[x] / sum[x] : std::numeric_limits<float>::quiet_NaN();
-    }
+    invertRow(depth.ptr<float>(y), width, from.row(y));
+  for (std::size_t pass = 0; pass < passes; ++pass) {
+    const PassOptions options{1 << pass,
+                              SURFACE_SIGMAS[pass],
+                              float(noise.constant),
+                              float(noise.quadratic),
+                              float(noise.offset)};
+    smoothOnce(from, width, height, options, num_threads, to);
+    std::swap(from, to);
   }
+  cv::Mat smooth(depth.size(), CV_32FC1);
+#pragma omp parallel for num_threads(num_threads)
+  for (int y = 0; y < height; ++y)
+    invertBack(from.row(y), width, smooth.ptr<float>(y));
   return smooth;
 }
 

@@ -42,19 +42,23 @@ copyColorRow(const std::uint8_t* from, int width, std::uint32_t* to)
 
 // Cosine between the ray and the normal of the surface z(u, v).
 BUNDLE_ICP_INLINE Floats
-viewingCosine(const RowInput& in, Floats z, Floats limit, int u)
+viewingCosine(const RowInput& in, const float* const rows[], Floats z, Floats limit,
+              int at, int u)
 {
   const float focal = in.fx;
   const auto slope = [z, limit, focal](Floats before, Floats after) {
-    const Ints known = (magnitude(before - z) < limit) & (magnitude(after - z) < limit);
-    // Unknown is a depth edge or too steep to tell: little weight either way.
-    return known ? (after - before) * (0.5f / slope_radius) : z * (4 / focal);
+    const Ints has_before = magnitude(before - z) < limit;
+    const Ints has_after = magnitude(after - z) < limit;
+    const Floats rise = (has_after ? after : z) - (has_before ? before : z);
+    const Floats run = (has_before & has_after) ? 2.0f * slope_radius : Floats{} + slope_radius;
+    // Unknown on both sides is too steep to tell: little weight.
+    return (has_before | has_after) ? rise / run : z * (4 / focal);
   };
-  const float* const row = in.rows[slope_radius] + u;
+  const float* const row = rows[slope_radius] + at;
   const Floats zu =
       slope(load<Floats>(row - slope_radius), load<Floats>(row + slope_radius));
   const Floats zv =
-      slope(load<Floats>(in.rows[0] + u), load<Floats>(in.rows[2 * slope_radius] + u));
+      slope(load<Floats>(rows[0] + at), load<Floats>(rows[2 * slope_radius] + at));
   const Floats du = lane_number + (static_cast<float>(u) - in.cx);
   const Floats nx = in.fx * zu, ny = in.fy * zv, nz = z + du * zu + in.v_minus_cy * zv;
   const Floats x = du * (1 / in.fx);
@@ -77,30 +81,71 @@ edgeSupport(Floats z, Floats limit, const float* const rows[], int u)
   return votes < 3 ? 0.0f : __builtin_convertvector(votes, Floats) * 0.125f;
 }
 
-BUNDLE_ICP_INLINE void
-weighEight(const RowInput& in, int u, float* out)
+// Mask of the pixels with nothing but their own surface two pixels around.
+BUNDLE_ICP_INLINE Ints
+isInsideSurface(Floats z, Floats noise, Floats step, const float* const rows[], int u)
 {
-  const Floats z = load<Floats>(in.rows[slope_radius] + u);
+  Ints inside = z > 0;
+  for (const int radius : {1, 2})
+    for (int y = -radius; y <= radius; y += radius)
+      for (int x = -radius; x <= radius; x += radius)
+        inside &= magnitude(load<Floats>(rows[slope_radius + y] + u + x) - z) <
+                  noise + step * static_cast<float>(radius);
+  return inside;
+}
+
+// The pixels u ... u + 7, which lie at `at` in the rows; `color` may be null.
+BUNDLE_ICP_INLINE void
+weighEight(const RowInput& in, const float* const rows[], int at, int u, float* weights,
+           std::uint32_t* color)
+{
+  const Floats z = load<Floats>(rows[slope_radius] + at);
   const Floats dz = z - in.offset;
   const Floats sigma = in.constant + in.quadratic * dz * dz;
   // Two measurements belong to one surface when noise and a slope of 76 degrees explain
   // their difference.
   const Floats noise = 4.2f * sigma, step = z * (4 / in.fx);
-  const Floats cosine = viewingCosine(in, z, noise + step * slope_radius, u);
-  const Floats support = edgeSupport(z, noise + step, in.rows, u);
+  const Floats cosine = viewingCosine(in, rows, z, noise + step * slope_radius, at, u);
+  const Floats support = edgeSupport(z, noise + step, rows, at);
   const Floats weight =
       in.reference_variance / (sigma * sigma) * cosine * support * support;
   const Floats result = z > 0 ? weight : 0.0f;
-  std::memcpy(out + u, &result, sizeof(result));
+  std::memcpy(weights + u, &result, sizeof(result));
+  if (!color)
+    return;
+  const Words quality =
+      isInsideSurface(z, noise, step, rows, at) ? Words{} + best_quality : Words{} + 1;
+  const Words graded =
+      (load<Words>(color + u) & ((1u << quality_shift) - 1)) | quality << quality_shift;
+  std::memcpy(color + u, &graded, sizeof(graded));
 }
 
-// Weights of the pixels [slope_radius, width - slope_radius) of a row.
-BUNDLE_ICP_SIMD void
-weightRow(const RowInput& in, float* out)
+// Eight pixels at an end of the row, whose neighbours may lie outside.
+BUNDLE_ICP_INLINE void
+weighEnd(const RowInput& in, int u, float* weights, std::uint32_t* color)
 {
+  float padded[2 * slope_radius + 1][lanes + 2 * slope_radius];
+  const float* rows[2 * slope_radius + 1];
+  for (int y = 0; y <= 2 * slope_radius; ++y) {
+    for (int i = 0; i < lanes + 2 * slope_radius; ++i) {
+      const int x = u + i - slope_radius;
+      padded[y][i] = x >= 0 && x < in.width ? in.rows[y][x] : 0.0f;
+    }
+    rows[y] = padded[y];
+  }
+  weighEight(in, rows, slope_radius, u, weights, color);
+}
+
+BUNDLE_ICP_SIMD void
+weightRow(const RowInput& in, float* weights, std::uint32_t* color)
+{
+  weighEnd(in, 0, weights, color);
   const int end = in.width - slope_radius;
-  for (int u = slope_radius; u < end; u += lanes)
-    weighEight(in, std::min(u, end - lanes), out);
+  for (int u = slope_radius; u < end; u += lanes) {
+    const int first = std::min(u, end - lanes);
+    weighEight(in, in.rows, first, first, weights, color);
+  }
+  weighEnd(in, in.width - lanes, weights, color);
 }
 
 RowInput
@@ -172,7 +217,8 @@ DepthSamples::DepthSamples(const RGBDFrame& frame, const CameraIntrinsics& frame
 #pragma omp for nowait
     for (int v = 0; v < height; ++v)
       weightRow(rowInput(*this, v, zeros.data(), options.noise),
-                &weight[std::size_t(v) * width]);
+                &weight[std::size_t(v) * width],
+                color.empty() ? nullptr : &color[std::size_t(v) * width]);
 #pragma omp for
     for (int i = 0; i < tiles_x * tiles_y; ++i) {
       const int u = i % tiles_x * tile, v = i / tiles_x * tile;

@@ -10,6 +10,11 @@
 
 namespace bundle_icp {
 
+/** The highest byte of DepthSamples::color says how much the colour is worth: little next
+ *  to depth edges, where it may be that of another surface. */
+constexpr int quality_shift = 24;
+constexpr std::uint32_t best_quality = 255;
+
 /** One frame as the fusion of voxels wants it: per pixel everything that does not
  *  depend on the voxel, without NaN, row by row. */
 struct DepthSamples {
@@ -18,7 +23,7 @@ struct DepthSamples {
   CameraIntrinsics camera;
   std::vector<float> depth;  ///< [m], 0 = not measured or out of range
   std::vector<float> weight; ///< of the measurement, 0 = do not use
-  /** Blue, green, red from the lowest byte up; empty without colour. */
+  /** Blue, green, red, quality from the lowest byte up; empty without colour. */
   std::vector<std::uint32_t> color;
   int tiles_x = 0, tiles_y = 0;
   /** Smallest and largest depth per tile, row by row; 0 = none. */

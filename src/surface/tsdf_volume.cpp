@@ -74,12 +74,15 @@ checkPose(const Pose& world_from_camera, const TSDFOptions& options)
 
 FusionView
 makeView(const DepthSamples& samples, const Pose& camera_from_world,
-         const TSDFOptions& options)
+         const TSDFOptions& options, const ColorCorrection& correction)
 {
   FusionView view{};
   view.depth = samples.depth.data();
   view.weight = samples.weight.data();
   view.color = samples.color.empty() ? nullptr : samples.color.data();
+  view.color_weight = correction.weight;
+  for (int channel = 0; channel < 3; ++channel)
+    view.gain[channel] = correction.gain[channel];
   view.width = samples.camera.width;
   view.height = samples.camera.height;
   view.fx = static_cast<float>(samples.camera.fx);
@@ -107,7 +110,63 @@ roundingSeed(const Eigen::Vector3i& block, std::uint32_t frame)
   return static_cast<std::uint32_t>(mixed >> 32);
 }
 
+/** The voxels of a volume that lie in its region. */
+class RegionTest {
+public:
+  explicit RegionTest(const TSDFOptions& options)
+  {
+    if (!options.region)
+      return;
+    region_from_world_ = options.region->world_from_box.inverse();
+    half_ = 0.5 * options.region->size;
+    voxels_ = region_from_world_.linear() * options.voxel_size;
+    extent_ = voxels_.cwiseAbs() * Eigen::Vector3d::Constant(0.5 * (block_edge - 1));
+    is_limited_ = true;
+  }
+
+  /** For the block whose first voxel lies at `corner` of the world; nothing when all of it
+   *  lies inside. */
+  std::optional<RegionClip>
+  clip(const Eigen::Vector3d& corner) const
+  {
+    if (!is_limited_)
+      return {};
+    const Eigen::Vector3d first = region_from_world_ * corner;
+    const Eigen::Vector3d center =
+        first + voxels_ * Eigen::Vector3d::Constant(0.5 * (block_edge - 1));
+    if (((center.cwiseAbs() + extent_).array() <= half_.array()).all())
+      return {};
+    RegionClip clip;
+    for (int i = 0; i < 3; ++i) {
+      clip.corner[i] = static_cast<float>(first[i]);
+      clip.half[i] = static_cast<float>(half_[i]);
+      for (int axis = 0; axis < 3; ++axis)
+        clip.step[axis][i] = static_cast<float>(voxels_(i, axis));
+    }
+    return clip;
+  }
+
+private:
+  bool is_limited_ = false;
+  Pose region_from_world_ = Pose::Identity();
+  Eigen::Vector3d half_, extent_;
+  Eigen::Matrix3d voxels_; ///< region frame: one voxel along x, y, z of the world
+};
+
 } // namespace
+
+bool
+ColorCorrection::isValid(std::string* error) const
+{
+  std::string reason;
+  if (!(gain.minCoeff() >= 0.05f && gain.maxCoeff() <= 20 && gain.allFinite()))
+    reason = "gain must lie in 0.05 ... 20";
+  else if (!(weight > 0 && weight <= 1))
+    reason = concatenate("weight ", weight, "; expected above 0 to 1");
+  if (error && !reason.empty())
+    *error = "ColorCorrection: " + reason;
+  return reason.empty();
+}
 
 bool
 TSDFOptions::isValid(std::string* error) const
@@ -125,9 +184,9 @@ TSDFOptions::isValid(std::string* error) const
   if (!(min_depth > 0 && min_depth < max_depth && max_depth <= 1000))
     return fail(concatenate("depth range ", min_depth, " to ", max_depth,
                             " m; expected 0 < min_depth < max_depth <= 1000"));
-  if (region && !(region->min().allFinite() && region->max().allFinite() &&
-                  (region->sizes().array() > 0).all()))
-    return fail("region must be finite, with min < max along each axis");
+  std::string reason;
+  if (region && !region->isValid(&reason))
+    return fail(reason);
   if (!noise.isValid(error))
     return false;
   if (smoothing_radius < 0 || smoothing_radius > 10)
@@ -152,9 +211,11 @@ TSDFVolume::operator=(TSDFVolume&&) noexcept = default;
 
 void
 TSDFVolume::integrate(const RGBDFrame& frame, const CameraIntrinsics& camera,
-                      const Pose& world_from_camera)
+                      const Pose& world_from_camera, const ColorCorrection& correction)
 {
   const TSDFOptions& options = impl_->options;
+  if (std::string error; !correction.isValid(&error))
+    throw pcl::BadArgumentException(error);
   checkFrame(frame, camera);
   checkPose(world_from_camera, options);
   const int num_threads = resolveNumThreads(options.num_threads);
@@ -171,16 +232,18 @@ TSDFVolume::integrate(const RGBDFrame& frame, const CameraIntrinsics& camera,
   const std::vector<std::uint32_t> visible =
       findVisibleBlocks(blocks, samples, camera_from_world, options, num_threads);
 
-  const FusionView view = makeView(samples, camera_from_world, options);
+  const FusionView view = makeView(samples, camera_from_world, options, correction);
+  const RegionTest region(options);
   const double block_size = options.voxel_size * block_edge;
   const std::uint32_t frame_number = impl_->num_frames++;
 #pragma omp parallel for schedule(dynamic, 16) num_threads(num_threads)
   for (std::size_t i = 0; i < visible.size(); ++i) {
     const Eigen::Vector3i coordinates = blocks.coordinatesOf(visible[i]);
-    const Eigen::Vector3f corner =
-        (camera_from_world * (coordinates.cast<double>() * block_size)).cast<float>();
-    if (fuseBlock(view, corner.data(), roundingSeed(coordinates, frame_number),
-                  blocks[visible[i]]))
+    const Eigen::Vector3d corner = coordinates.cast<double>() * block_size;
+    const Eigen::Vector3f in_camera = (camera_from_world * corner).cast<float>();
+    const std::optional<RegionClip> clip = region.clip(corner);
+    if (fuseBlock(view, in_camera.data(), clip ? &*clip : nullptr,
+                  roundingSeed(coordinates, frame_number), blocks[visible[i]]))
       blocks.setMayHoldSurface(visible[i]);
   }
 }

@@ -22,7 +22,8 @@ constexpr float distance_scale = 32767;
 struct alignas(64) VoxelBlock {
   std::int16_t distance[block_voxels];
   std::uint16_t weight[block_voxels]; ///< coded, see decodeWeight()
-  std::uint32_t color[block_voxels];  ///< 11 bits red, 11 green, 10 blue; 0 = none
+  /** 9 bits red, 9 green, 8 blue, and 6 of the colour's own weight; 0 = none */
+  std::uint32_t color[block_voxels];
 };
 
 /** Weights are floats without sign, with 5 bits of exponent and 11 of mantissa: 2^-14
@@ -40,13 +41,21 @@ decodeWeight(std::uint16_t code)
   return code ? weight : 0.0f;
 }
 
+/** A colour is weighted apart from the distance, by numbers of the same range with 1 bit
+ *  of mantissa: rounding that is dithered keeps their sum right on average. */
+constexpr int color_weight_shift = 22;
+constexpr std::uint32_t largest_color_weight = 63;
+
+/** Where the channels lie in a voxel's 32 bits. */
+constexpr int red_shift = 23, green_shift = 14, blue_shift = 6;
+
 /** Red, green and blue in [0, 255]. */
 inline Eigen::Vector3f
 decodeColor(std::uint32_t color)
 {
-  return {float(color >> 21) * (255.0f / 2047),
-          float(color >> 10 & 2047) * (255.0f / 2047),
-          float(color & 1023) * (255.0f / 1023)};
+  return {float(color >> red_shift) * (255.0f / 511),
+          float(color >> green_shift & 511) * (255.0f / 511),
+          float(color >> blue_shift & 255)};
 }
 
 /** The blocks of a volume. They are numbered in the order of insertion and never move.

@@ -141,20 +141,19 @@ updateDistance(std::uint32_t seed, Row& row, std::int16_t* distance,
 
 // One channel of the new colour, at its place in the voxel's 32 bits.
 BUNDLE_ICP_INLINE Words
-blendChannel(const Row& row, const Words corners[4], int from, Words old, int to,
-             int largest)
+blendChannel(const Row& row, const Words corners[4], int from, float gain, Floats share,
+             Words old, int to, int largest)
 {
   const auto get = [from](Words color) { return toFloats(color >> from & 255u); };
   const Floats upper = get(corners[0]) + row.fu * (get(corners[1]) - get(corners[0]));
   const Floats lower = get(corners[2]) + row.fu * (get(corners[3]) - get(corners[2]));
-  const Floats color =
-      (upper + row.fv * (lower - upper)) * (static_cast<float>(largest) / 255);
+  const Floats color = (upper + row.fv * (lower - upper)) *
+                       (gain * static_cast<float>(largest) / 255);
   const Floats old_color = toFloats(old >> to & static_cast<std::uint32_t>(largest));
-  const Floats share = old ? row.share : Floats{} + 1;
-  const Floats dither = toFloats(row.dither >> to & 1023u) * (1.0f / 1024);
-  const Ints value =
-      __builtin_convertvector(old_color + share * (color - old_color) + dither, Ints);
-  return bitCast<Words>(smaller(value, Ints{} + largest)) << to;
+  const Floats dither = toFloats(row.dither >> to / 2 & 1023u) * (1.0f / 1024);
+  const Floats mean = old_color + share * (color - old_color);
+  const Ints value = truncated(smaller(mean + dither, Floats{} + (largest + 0.5f)));
+  return bitCast<Words>(value) << to;
 }
 
 // Colour is wanted where the surface can come to lie, not through the whole band.
@@ -170,21 +169,50 @@ updateColor(const FusionView& view, const Row& row, std::uint32_t* color)
   Words corners[4];
   gatherPairs(view.color, row.pixel, corners[0], corners[1]);
   gatherPairs(view.color + view.width, row.pixel, corners[2], corners[3]);
+  // The worst of the four says how much the colour is worth.
+  const Words quality = smaller(smaller(corners[0] >> quality_shift, corners[1] >> quality_shift),
+                                smaller(corners[2] >> quality_shift, corners[3] >> quality_shift));
+  const Floats weight =
+      row.weight * toFloats(quality) * (view.color_weight / best_quality);
+
   const Words old = load<Words>(color);
-  const Words blended = blendChannel(row, corners, 16, old, 21, 2047) |
-                        blendChannel(row, corners, 8, old, 10, 2047) |
-                        blendChannel(row, corners, 0, old, 0, 1023);
+  const Words old_code = old & largest_color_weight;
+  const Floats old_weight =
+      old_code ? bitCast<Floats>((old_code << color_weight_shift) + weight_base) : Floats{};
+  const Floats sum = old_weight + weight;
+  const Floats share = weight / sum;
+  // Other bits of the hash than the distance's weight takes.
+  const Words sum_bits = bitCast<Words>(sum) + (row.dither * 0x9e3779b1u >> 10);
+  const Ints sum_code = bitCast<Ints>(sum_bits - weight_base) >> color_weight_shift;
+  const Words code = bitCast<Words>(
+      smaller(larger(sum_code, Ints{} + 1), Ints{} + static_cast<int>(largest_color_weight)));
+
+  const Words blended =
+      blendChannel(row, corners, 16, view.gain[2], share, old, red_shift, 511) |
+      blendChannel(row, corners, 8, view.gain[1], share, old, green_shift, 511) |
+      blendChannel(row, corners, 0, view.gain[0], share, old, blue_shift, 255) | code;
   const Ints update = row.update & nearSurface(row);
-  // Black must not look like none.
-  const Words result = update ? (blended ? blended : Words{} + 1) : old;
+  const Words result = update ? blended : old;
   std::memcpy(color, &result, sizeof(result));
+}
+
+// Mask of a row's voxels that lie in the region.
+BUNDLE_ICP_INLINE Ints
+insideRegion(const RegionClip& clip, float y, float z)
+{
+  Ints inside = Ints{} - 1;
+  for (int axis = 0; axis < 3; ++axis) {
+    const float first = clip.corner[axis] + y * clip.step[1][axis] + z * clip.step[2][axis];
+    inside &= magnitude(first + lane_number * clip.step[0][axis]) <= clip.half[axis];
+  }
+  return inside;
 }
 
 } // namespace
 
 BUNDLE_ICP_SIMD bool
-fuseBlock(const FusionView& view, const float corner[3], std::uint32_t seed,
-          VoxelBlock& block)
+fuseBlock(const FusionView& view, const float corner[3], const RegionClip* clip,
+          std::uint32_t seed, VoxelBlock& block)
 {
   Ints behind{};
   for (int i = 0; i < block_slab; ++i) {
@@ -195,6 +223,8 @@ fuseBlock(const FusionView& view, const float corner[3], std::uint32_t seed,
       first[axis] = corner[axis] + y * view.step[1][axis] + z * view.step[2][axis];
     Row row{};
     project(view, first, row);
+    if (clip)
+      row.update &= insideRegion(*clip, y, z);
     if (!any(row.update))
       continue;
     lookUpNearest(view, row);

@@ -13,6 +13,8 @@ struct FusionView {
   const float* depth;
   const float* weight;
   const std::uint32_t* color; ///< null when the frame has none
+  float color_weight;         ///< of all of its colours
+  float gain[3];              ///< blue, green, red: what the colours are multiplied by
   int width, height;
   float fx, fy, cx, cy;
   float step[3][3]; ///< camera frame: one voxel along x, y, z of the world [m]
@@ -20,11 +22,19 @@ struct FusionView {
   float constant, quadratic, offset; ///< DepthNoise
 };
 
+/** The part of a block that lies in the volume's region, in the frame of that box. */
+struct RegionClip {
+  float corner[3];  ///< the block's first voxel [m]
+  float step[3][3]; ///< one voxel along x, y, z of the world [m]
+  float half[3];    ///< of the box's edges [m]
+};
+
 /** Fuses the frame into one block, whose first voxel lies at `corner` in the camera
- *  frame. `seed` drives the unbiased rounding to the block's 16 bits. Returns true when
- *  a voxel that it changed lies behind the surface. */
+ *  frame. `seed` drives the unbiased rounding to the block's 16 bits; `clip` is null where
+ *  all of the block lies in the region. Returns true when a voxel that it changed lies
+ *  behind the surface. */
 bool
-fuseBlock(const FusionView& view, const float corner[3], std::uint32_t seed,
-          VoxelBlock& block);
+fuseBlock(const FusionView& view, const float corner[3], const RegionClip* clip,
+          std::uint32_t seed, VoxelBlock& block);
 
 } // namespace bundle_icp

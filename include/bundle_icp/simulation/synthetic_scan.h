@@ -120,7 +120,8 @@ public:
   distanceToSurface(const Eigen::Vector3d& point) const;
 
   /** Points of the true surface that the frames see, with normals towards free space,
-   *  about one in each voxel of edge `spacing` [m]; looks at frames 0.3 s apart.
+   *  about one in each voxel of edge `spacing` [m]; looks at frames 0.1 s apart, so
+   *  that next to nothing is left out.
    *
    *  \param[in] num_threads 0 = all; the result does not depend on it
    *  \throws pcl::BadArgumentException when spacing is below 1 mm or not finite. */

@@ -4,10 +4,10 @@
 
 #include <bundle_icp/common/camera_intrinsics.h>
 #include <bundle_icp/common/depth_noise.h>
+#include <bundle_icp/common/oriented_box.h>
 #include <bundle_icp/common/pose.h>
 #include <bundle_icp/common/rgbd_frame.h>
 
-#include <Eigen/Geometry>
 #include <memory>
 #include <optional>
 #include <string>
@@ -23,15 +23,30 @@ struct BUNDLE_ICP_EXPORT TSDFOptions {
   double truncation = 0.04;
   double min_depth = 0.1; ///< nearer depth is not integrated [m]
   double max_depth = 5.0; ///< farther depth is not integrated [m]
-  /** Voxels are allocated only inside this box of the world [m], rounded outwards to
-   *  whole blocks of 8 voxels; unset = everywhere. */
-  std::optional<Eigen::AlignedBox3d> region;
+  /** Box of the world [m], turned or an Eigen::AlignedBox3d, to which the surface is
+   *  limited; unset = everywhere. Voxels outside of it are not filled, so that the
+   *  surface ends within a voxel of its faces; memory is taken only for blocks of 8^3
+   *  voxels that reach into it. */
+  std::optional<OrientedBox> region;
   DepthNoise
       noise; ///< gives each measurement its weight, and depth edges their threshold
   /** Depth images are smoothed within surfaces before they are fused, over a window of this
-   *  half size [px], 0 to 10, 0 = not: far surfaces gain most. */
-  int smoothing_radius = 3;
+   *  half size [px], 0 to 10, rounded up to 2, 6 or 14; 0 = not. Far surfaces gain most. */
+  int smoothing_radius = 6;
   int num_threads = 0; ///< 0 = all
+
+  /** True when every field is in its range; otherwise `error` says which is not. */
+  bool
+  isValid(std::string* error = nullptr) const;
+};
+
+/** What is known of a frame's colours beside the frame. */
+struct BUNDLE_ICP_EXPORT ColorCorrection {
+  /** What blue, green and red are multiplied by, to undo the camera's choice of exposure
+   *  and white balance, 0.05 to 20; see estimateColorGains(). */
+  Eigen::Vector3f gain = Eigen::Vector3f::Ones();
+  /** Weight of all of the frame's colours, above 0 to 1: less when they are blurred. */
+  float weight = 1;
 
   /** True when every field is in its range; otherwise `error` says which is not. */
   bool
@@ -41,16 +56,16 @@ struct BUNDLE_ICP_EXPORT TSDFOptions {
 /** Truncated signed distance function of equation (7) in sparse blocks of 8^3 voxels.
  *
  *  Each voxel keeps S_k(X_w), the weighted mean of the truncated distance, its weight
- *  W_k(X_w), and a colour, in 8 bytes. World frame, metres; the centre of voxel (i, j,
+ *  W_k(X_w), and a colour with a weight of its own, in 8 bytes. World frame, metres; the centre of voxel (i, j,
  *  k) lies at voxel_size * (i, j, k). Distances are those of equation (7), along the
  *  optical axis, signed so that they are positive in front of the surface (on the
  *  camera's side). Depth and colour are interpolated between the pixels of one surface,
  *  not across depth edges.
  *
  *  Weights are 1 for a frontal measurement at 1 m and follow 1 / sigma(z)^2, the
- *  viewing angle and the distance to the depth edge. Blocks are allocated where a
- *  measurement's truncation band runs; free space in front of it is carved out of the
- *  blocks that exist.
+ *  viewing angle and the distance to the depth edge. Colours from within two pixels of a
+ *  depth edge hardly count. Blocks are allocated where a measurement's truncation band
+ *  runs; free space in front of it is carved out of the blocks that exist.
  *
  *  \code
  *  TSDFVolume volume(options);
@@ -71,13 +86,14 @@ public:
 
   /** Fuses one frame; its colour may be empty. The result is the same, bit by bit, for
    *  any number of threads.
+   *  \param correction of the frame's colours
    *  \throws pcl::BadArgumentException when image sizes or types differ from what the
    *          camera and RGBDFrame say, for impossible intrinsics, intrinsics with
-   *          distortion, and for a pose that is not rigid or too far away to be
-   *          addressed. The volume is then unchanged. */
+   *          distortion, an invalid correction, and for a pose that is not rigid or too far
+   *          away to be addressed. The volume is then unchanged. */
   void
   integrate(const RGBDFrame& frame, const CameraIntrinsics& camera,
-            const Pose& world_from_camera);
+            const Pose& world_from_camera, const ColorCorrection& correction = {});
 
   const TSDFOptions&
   options() const;

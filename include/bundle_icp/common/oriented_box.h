@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#pragma once
+
+#include <bundle_icp/common/pose.h>
+
+#include <string>
+
+namespace bundle_icp {
+
+/** A box that may be turned: where a surface is wanted. */
+struct BUNDLE_ICP_EXPORT OrientedBox {
+  Pose world_from_box = Pose::Identity();           ///< its centre and axes
+  Eigen::Vector3d size = Eigen::Vector3d::Ones();   ///< lengths of its edges [m]
+
+  OrientedBox() = default;
+  OrientedBox(const Pose& pose, const Eigen::Vector3d& edges) : world_from_box(pose), size(edges)
+  {
+  }
+  /** Implicit, so that an axis-aligned box serves wherever this one does. */
+  OrientedBox(const Eigen::AlignedBox3d& box);
+
+  bool
+  contains(const Eigen::Vector3d& point) const
+  {
+    return ((world_from_box.inverse() * point).array().abs() <= 0.5 * size.array()).all();
+  }
+
+  /** Smallest axis-aligned box of the world around it. */
+  Eigen::AlignedBox3d
+  bounds() const;
+
+  /** True when its axes are those of the world. */
+  bool
+  isAligned() const
+  {
+    return world_from_box.linear().isIdentity(0);
+  }
+
+  /** True when it is finite, its edges are longer than 0 and its pose is rigid. */
+  bool
+  isValid(std::string* error = nullptr) const;
+};
+
+} // namespace bundle_icp
