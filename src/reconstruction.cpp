@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include <bundle_icp/reconstruction.h>
 
+#include "frame_appearance.h"
 #include "prepared_scan.h"
 #include "read_in_order.h"
 
@@ -341,13 +342,19 @@ Reconstruction::fuseSurface()
   if (result_.object)
     volume_options.region = result_.object->box;
   auto volume = std::make_shared<TSDFVolume>(volume_options);
+  std::vector<ColorCorrection> corrections(result_.frames.size());
+  if (result_.graph) {
+    const auto of_image = colorCorrections(*result_.graph, result_.model);
+    for (std::size_t image = 0; image < of_image.size(); ++image)
+      corrections[result_.frame_of_image[image]] = of_image[image];
+  }
   std::size_t done = 0;
   const auto fuse = [&](std::size_t index, const RGBDFrame& image, const std::string& error) {
     FrameReport& frame = result_.frames[index];
     // One that could be read before keeps its pose; the surface does without it.
     frame.reason = error;
     if (error.empty())
-      volume->integrate(corrected(index, image), camera, frame.world_from_depth);
+      volume->integrate(corrected(index, image), camera, frame.world_from_depth, corrections[index]);
     return !progress_ || progress_({"surface", ++done, fused.size()});
   };
   if (!readInOrder(scan_.dataset(), fused, options_.num_threads, fuse))

@@ -121,7 +121,7 @@ segmentPlane(const Cloud::ConstPtr& points, const ObjectRegionOptions& options, 
   segmentation.setModelType(pcl::SACMODEL_PLANE);
   segmentation.setMethodType(pcl::SAC_RANSAC);
   segmentation.setDistanceThreshold(options.plane_tolerance);
-  segmentation.setMaxIterations(2000);
+  segmentation.setMaxIterations(1000);
   segmentation.setOptimizeCoefficients(true);
   segmentation.setInputCloud(points);
   pcl::PointIndices inliers;
@@ -165,17 +165,20 @@ clusters(const Cloud::ConstPtr& cloud, const pcl::IndicesConstPtr& indices, doub
 
 /** Cells above the plane and within the outline of its largest connected part. */
 pcl::IndicesPtr
-cellsOnPlane(const Cloud::ConstPtr& cells, const Eigen::Vector4d& plane,
-             const ObjectRegionOptions& options)
+cellsOnPlane(const CellGrid& grid, const Eigen::Vector4d& plane, const ObjectRegionOptions& options)
 {
+  const Cloud::ConstPtr cells = grid.centers;
+  // What goes on above or below is an upright surface that crosses the plane.
+  const Eigen::Vector3d off = (options.plane_tolerance + 2 * options.cell_size) * plane.head<3>();
   const pcl::IndicesPtr in_plane(new pcl::Indices), above(new pcl::Indices);
   for (std::size_t i = 0; i < cells->size(); ++i) {
-    const Eigen::Vector4d point = (*cells)[i].getVector4fMap().cast<double>();
-    if (std::abs(plane.dot(point)) <= options.plane_tolerance)
+    const Eigen::Vector3d point = (*cells)[i].getVector3fMap().cast<double>();
+    if (std::abs(plane.head<3>().dot(point) + plane[3]) <= options.plane_tolerance &&
+        grid.at(point + off) < 0 && grid.at(point - off) < 0)
       in_plane->push_back(int(i));
   }
-  // Objects hide parts of the plane: gaps of their size do not part it.
-  const auto parts = clusters(cells, in_plane, 5 * options.cluster_tolerance, 3);
+  // What stands on the plane hides strips of it: small gaps do not part it.
+  const auto parts = clusters(cells, in_plane, 2.5 * options.cluster_tolerance, 3);
   if (parts.empty())
     return above;
   pcl::ConvexHull<pcl::PointXYZ> hull;
@@ -266,7 +269,7 @@ ObjectRegionOptions::isValid(std::string* error) const
 {
   std::string reason;
   const auto check = [&reason](const char* name, double value, double low, double high) {
-    if (!(value >= low && value <= high))
+    if (reason.empty() && !(value >= low && value <= high))
       reason = concatenate(name, " ", value, "; expected ", low, " to ", high);
   };
   check("cell_size", cell_size, 0.001, 0.1);
@@ -300,7 +303,7 @@ findObjectRegion(const std::vector<Cloud>& clouds,
   region.num_frames = clouds.size();
   const CellGrid grid(clouds, world_from_cameras, options);
   double share = 0;
-  const Cloud::Ptr points = weightedPoints(grid, 50000);
+  const Cloud::Ptr points = weightedPoints(grid, 20000);
   constexpr std::size_t least_points = 100;
   pcl::ModelCoefficients coefficients;
   if (points->size() >= least_points)
@@ -312,7 +315,7 @@ findObjectRegion(const std::vector<Cloud>& clouds,
     return region;
   }
   region.plane = towardsCameras(coefficients, world_from_cameras);
-  const auto objects = clusters(grid.centers, cellsOnPlane(grid.centers, region.plane, options),
+  const auto objects = clusters(grid.centers, cellsOnPlane(grid, region.plane, options),
                                 options.cluster_tolerance, options.min_cells);
   if (objects.empty()) {
     region.reason = concatenate("no object: nothing of ", options.min_cells, " cells of ",

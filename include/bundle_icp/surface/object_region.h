@@ -56,7 +56,7 @@ struct ObjectRegion {
  *  frames look at. The box is the smallest one around it that stands on the plane. The result
  *  does not depend on the order of the frames beyond rounding.
  *  \param clouds one for each frame, in its camera frame [m]; NaN is ignored. Points evenly
- *         spaced in the image, a few thousand a frame, are enough: samplePoints()
+ *         spaced in the image, some thousands a frame, are enough: samplePoints()
  *  \param world_from_cameras the frames' poses
  *  \throws pcl::BadArgumentException for invalid options, no frames, or another number of
  *          poses. That there is no plane or no object is a result. */
@@ -68,6 +68,6 @@ findObjectRegion(const std::vector<pcl::PointCloud<pcl::PointXYZ>>& clouds,
 /** Points of every `step`-th pixel of every `step`-th row that has depth, but for those at
  *  depth edges, in the camera frame [m]. */
 BUNDLE_ICP_EXPORT pcl::PointCloud<pcl::PointXYZ>
-samplePoints(const RGBDFrame& frame, const CameraIntrinsics& camera, int step = 8);
+samplePoints(const RGBDFrame& frame, const CameraIntrinsics& camera, int step = 6);
 
 } // namespace bundle_icp
