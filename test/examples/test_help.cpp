@@ -21,6 +21,8 @@ const std::map<std::string, std::vector<std::string>> options_of = {
       "--voxel-size",
       "--truncation",
       "--roi",
+      "--min-depth",
+      "--max-depth",
       "--stride",
       "--max-frames",
       "--shuffle",

@@ -244,6 +244,10 @@ TEST_F(ReconstructFailure, WrongUsage)
   EXPECT_CONTAINS(misuse({"--min-component", "-1"}), "min_component_area -1");
   EXPECT_CONTAINS(misuse({"--roi", "1,0,0,0,1,1"}), "with x0 < x1");
   EXPECT_CONTAINS(misuse({"--roi", "0,0,0,1,1,nan"}), "--roi");
+  EXPECT_CONTAINS(misuse({"--roi", "1,2,3,1,1,1,0,0,0,2"}), "a quaternion of length 1");
+  EXPECT_CONTAINS(misuse({"--roi", "1,2,3,1,0,1,0,0,0,1"}), "sx, sy and sz above 0");
+  EXPECT_CONTAINS(misuse({"--roi", "subject"}), "or object");
+  EXPECT_CONTAINS(misuse({"--min-depth", "6"}), "depth range 6 to 5 m");
   EXPECT_CONTAINS(misuse({"--method", "best"}), "--method best: known");
   EXPECT_CONTAINS(misuse({"--device", "abacus"}), "--device abacus: known");
   EXPECT_CONTAINS(misuse({"--voxel-size", "0"}), "voxel_size");

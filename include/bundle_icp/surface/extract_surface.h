@@ -13,10 +13,10 @@ namespace bundle_icp {
 
 /** Which surface of a volume is taken, and how it is cleaned. */
 struct BUNDLE_ICP_EXPORT MeshOptions {
-  /** Weight that a voxel needs to take part, > 0; 1 = a frontal measurement at 1 m.
-   *  Raise it to drop what few or poor measurements saw, lower it for scans from far
-   *  away. */
-  double min_weight = 0.02;
+  /** Weight that a voxel needs to take part, > 0; 1 = a frontal measurement at 1 m, 0.002
+   *  = one at 5 m. Raise it to drop what few or poor measurements saw, lower it for
+   *  scans from far away. */
+  double min_weight = 0.002;
   /** Connected components with fewer triangles are removed; 0 = none. What it means depends on
    *  the voxel size, unlike MeshCleaningOptions::min_component_area. */
   std::size_t min_component_triangles = 0;
