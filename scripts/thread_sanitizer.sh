@@ -26,11 +26,12 @@ cmake -S . -B build/thread -G Ninja -DCMAKE_C_COMPILER=clang -DCMAKE_CXX_COMPILE
 
 # Set before the build, which runs the test programs to list their tests. Libraries that were built
 # without ThreadSanitizer, as PCL and OpenCV are, synchronise in ways that it cannot see.
-export OMP_TOOL_LIBRARIES=$archer OMP_NUM_THREADS=4
+export OMP_TOOL_LIBRARIES=$archer
 export TSAN_OPTIONS="ignore_noninstrumented_modules=1 report_mutex_bugs=0 ${TSAN_OPTIONS:-}"
 steps=(graph registration surface sparse tracking simulation)
 cmake --build build/thread --parallel "$(nproc)" --target "${steps[@]/#/bundle_icp_test_}"
 
+export OMP_NUM_THREADS=4 # also on fewer cores; not before, as nproc obeys it
 filter=${*:-*Thread*}
 for step in "${steps[@]}"; do
   "build/thread/test/$step/bundle_icp_test_$step" --gtest_filter="${filter// /:}" --gtest_brief=1

@@ -3,7 +3,6 @@
 #include "surface/edge_collapse.h"
 
 #include <cmath>
-#include <numeric>
 
 namespace bundle_icp {
 namespace {
@@ -249,8 +248,8 @@ EdgeCollapse::keepsBoundary(double max_error)
   plan_.boundary_error = std::max(boundary_error_[keep], boundary_error_[drop]);
   if (plan_.removed.size() != 1)
     return true;
-  const bool keep_stays = plan_.position == position_[keep];
-  const std::uint32_t lost = keep_stays ? drop : keep, stays = keep_stays ? keep : drop;
+  const std::uint32_t lost = plan_.position == position_[keep] ? drop : keep;
+  const std::uint32_t stays = lost == drop ? keep : drop;
   // The neighbours of a boundary vertex along the boundary occur once around it, all others twice.
   std::vector<std::uint32_t> ring;
   forEachAround(lost, [&](std::uint32_t t) {
@@ -262,9 +261,8 @@ EdgeCollapse::keepsBoundary(double max_error)
   double nearest = INFINITY;
   for (const std::uint32_t vertex : ring)
     if (std::count(ring.begin(), ring.end(), vertex) == 1) {
-      const Eigen::Vector3d& a = plan_.position;
-      const Eigen::Vector3d& b = position_[vertex];
-      nearest = std::min(nearest, squaredDistance(position_[lost], a, b, b));
+      const Eigen::Vector3d& end = position_[vertex];
+      nearest = std::min(nearest, squaredDistance(position_[lost], plan_.position, end, end));
     }
   plan_.boundary_error += std::sqrt(nearest);
   return max_error == 0 || plan_.boundary_error <= max_error;
