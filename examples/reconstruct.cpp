@@ -86,7 +86,7 @@ describe(Arguments& arguments)
       "edge of a voxel of the surface [m]")(
       "truncation",
       po::value<double>()->value_name("M"),
-      "truncation of the signed distance [m]; default: 8 voxels, at least 0.02")(
+      "truncation of the signed distance [m]; default: 8 voxels, at least 0.012")(
       "roi",
       po::value<std::string>()->value_name("BOX"),
       "to what the surface is limited [m], in the camera frame of the earliest frame: "
@@ -158,7 +158,7 @@ applyValues(const po::variables_map& values, Arguments& arguments)
 {
   TSDFOptions& volume = arguments.reconstruction.volume;
   volume.truncation = values.count("truncation") ? values["truncation"].as<double>()
-                                                 : std::max(8 * volume.voxel_size, 0.02);
+                                                 : std::max(8 * volume.voxel_size, 0.012);
   arguments.reconstruction.make_mesh = !values.count("no-mesh");
   if (values.count("roi")) {
     const std::string text = values["roi"].as<std::string>();
