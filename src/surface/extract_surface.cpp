@@ -89,11 +89,13 @@ blendColors(std::uint32_t first, std::uint32_t second, float t)
 
 /** What smoothing over a window leaves of the variance of depth, see smoothDepth(). Of N pixels
  *  that are averaged fewer than N are independent: half of the variance is shared by
- *  neighbours, over the area that a sensor compares to find one depth. */
+ *  neighbours, over the area that a sensor compares to find one depth. Nor are all averaged: the
+ *  filter leaves out what may be another surface. Measured on planes, that raises the variance by
+ *  1.2 where they are frontal and by 4 where they are slanted by 40 degrees. */
 double
 smoothedVariance(int radius)
 {
-  constexpr double shared = 0.5, shared_pixels = 10;
+  constexpr double shared = 0.5, shared_pixels = 10, left_out = 2.5;
   double sum = 0, squares = 0; // along one axis; the window is their product
   for (int i = -radius; i <= radius; ++i) {
     const double weight = std::exp(-2.0 * i * i / ((radius + 1) * (radius + 1)));
@@ -101,7 +103,8 @@ smoothedVariance(int radius)
     squares += weight * weight;
   }
   const double pixels = std::pow(sum * sum / squares, 2);
-  return (1 - shared) / pixels + shared * shared_pixels / (shared_pixels + pixels - 1);
+  return std::min(1.0, left_out * ((1 - shared) / pixels +
+                                   shared * shared_pixels / (shared_pixels + pixels - 1)));
 }
 
 /** Writes the vertices of one block after the other into a mesh. */

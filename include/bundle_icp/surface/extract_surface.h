@@ -49,11 +49,10 @@ struct MeshReport {
  *    sigma(1 m) sqrt(s / W) / |grad D|
  *  with the noise of TSDFOptions, the vertex' weight W, the gradient of the distance D, which
  *  turns a distance along the optical axis into one along the normal, and the share s of the
- *  variance that smoothing leaves: pixels share half of their noise with some ten neighbours,
- *  so that smoothing over 7 x 7 of them leaves a share of 0.12. That is of noise alone: errors of
- *  poses and calibration, flying pixels at outlines and the rounding of edges come on top. Where
- *  depth changes quickly from pixel to pixel, on slanted surfaces in images smaller than 640x480,
- *  less is smoothed, and it is too small by a factor of up to 1.7.
+ *  variance that smoothing leaves, which depends on TSDFOptions::smoothing_radius. It is too large
+ *  by a factor of up to 1.5 on frontal surfaces and too small by as much on surfaces slanted by 40
+ *  degrees, of which less is smoothed. That is of noise alone: errors of poses and calibration,
+ *  flying pixels at outlines and the rounding of edges come on top.
  *  \throws pcl::BadArgumentException for invalid options. */
 BUNDLE_ICP_EXPORT SurfaceMesh
 extractSurface(const TSDFVolume& volume, const MeshOptions& options = {},
