@@ -4,12 +4,22 @@
 
 #include "registration/reduce_depth.h"
 
+#include <algorithm>
+
 namespace bundle_icp {
+namespace {
+
+/** No reduced image has a side shorter than this [px]: things would fall through its pixels. */
+constexpr int SMALLEST_SIDE = 120;
+
+} // namespace
 
 DepthViewStore::DepthViewStore(const CameraIntrinsics& camera,
                                int reduction,
                                const VirtualDepthOptions& options)
-: camera_(camera), reduction_(reduction), options_(options)
+: camera_(camera)
+, reduction_(std::clamp(std::min(camera.width, camera.height) / SMALLEST_SIDE, 1, reduction))
+, options_(options)
 {
   options_.num_threads = 1; // many views are made at once
 }

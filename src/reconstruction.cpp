@@ -7,7 +7,6 @@
 #include "read_in_order.h"
 
 #include <bundle_icp/io/mesh_io.h>
-#include <bundle_icp/surface/tsdf_marching_cubes.h>
 
 #include <pcl/exceptions.h>
 #include <sys/resource.h>
@@ -341,7 +340,7 @@ Reconstruction::fuseSurface()
   TSDFOptions volume_options = options_.volume;
   if (result_.object)
     volume_options.region = result_.object->box;
-  auto volume = std::make_shared<TSDFVolume>(volume_options);
+  std::optional<TSDFVolume> volume(volume_options);
   std::vector<ColorCorrection> corrections(result_.frames.size());
   if (result_.graph) {
     const auto of_image = colorCorrections(*result_.graph, result_.model);
@@ -359,11 +358,9 @@ Reconstruction::fuseSurface()
   };
   if (!readInOrder(scan_.dataset(), fused, options_.num_threads, fuse))
     return false;
-  TSDFMarchingCubes<pcl::PointXYZRGBNormal> cubes;
-  cubes.setVolume(volume);
-  cubes.setMeshOptions(options_.mesh);
-  cubes.reconstruct(result_.mesh);
-  result_.mesh_report = cubes.getMeshReport();
+  const SurfaceMesh mesh = extractSurface(*volume, options_.mesh, &result_.mesh_report);
+  volume.reset(); // before the mesh is copied: neither is small
+  result_.mesh = toPolygonMesh(mesh);
   return true;
 }
 

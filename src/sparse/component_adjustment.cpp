@@ -126,7 +126,6 @@ ComponentAdjuster::adjust(SparseModel& model, int component, int max_iterations,
   BundleAdjustmentProblem problem;
   problem.variable = keyImages(model, component);
   BundleAdjustmentOptions options = options_.adjustment;
-  options.max_iterations = max_iterations;
   problem.depth_errors = self_calibration_.depth_errors;
   if (component == calibrated_component_)
     problem.calibrated = self_calibration_.calibrated;
@@ -135,6 +134,9 @@ ComponentAdjuster::adjust(SparseModel& model, int component, int max_iterations,
   for (int round = 0; round < rounds; ++round) {
     if (dense && round > 0 && num_dense_neighbours_ > 0)
       dense_terms_ = denseTerms(model, problem.variable);
+    // Another round with the dense terms follows: this one need not settle.
+    const bool is_last = round + 1 == rounds;
+    options.max_iterations = is_last ? max_iterations : std::min(max_iterations, INTERMEDIATE_ITERATIONS);
     problem.relative_poses = dense_terms_;
     adjustBundle(graph_, problem, options, model);
     model.removeOutliers(graph_, options_.tracks);
