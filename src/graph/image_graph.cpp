@@ -65,8 +65,8 @@ ImageGraphOptions::isValid(std::string* error) const
   std::string reason;
   if (!(min_relative_sharpness >= 0 && min_relative_sharpness < 1))
     reason = "min_relative_sharpness must lie in [0, 1)";
-  else if (!(key_similarity > -1 && key_similarity < 1))
-    reason = "key_similarity must lie in (-1, 1)";
+  else if (!(key_similarity >= 0 && key_similarity < 1))
+    reason = "key_similarity must lie in [0, 1)";
   else if (num_similar < 1 || num_similar_keys < 1)
     reason = "num_similar and num_similar_keys must be >= 1";
   else
@@ -122,7 +122,8 @@ ImageGraph::Impl::addSimilarCandidates(std::size_t first_new, Candidates& candid
     if (graph[i].image.features.sharpness > graph[sharpest].image.features.sharpness)
       sharpest = i;
   }
-  const std::vector<std::size_t> keys = retrieval->cover(sharpest, options.key_similarity);
+  const std::vector<std::size_t> keys =
+      retrieval->cover(sharpest, options.key_similarity * retrieval->typicalSimilarity());
   for (const std::size_t key : keys)
     graph[key].is_key = true;
   for (std::size_t i = 0; i < count; ++i) {

@@ -154,6 +154,24 @@ ImageRetrieval::mostSimilar(std::size_t query,
   return result;
 }
 
+float
+ImageRetrieval::typicalSimilarity() const
+{
+  constexpr std::size_t MAX_QUERIES = 100;
+  if (size() < 2)
+    return 0;
+  std::vector<float> best(std::min(size(), MAX_QUERIES));
+  parallelFor(best.size(), options_.num_threads, {}, [&](std::size_t k) {
+    const std::size_t query = k * size() / best.size();
+    best[k] = -std::numeric_limits<float>::infinity();
+    for (std::size_t i = 0; i < size(); ++i)
+      if (i != query)
+        best[k] = std::max(best[k], similarity(query, i));
+  });
+  std::nth_element(best.begin(), best.begin() + best.size() / 2, best.end());
+  return best[best.size() / 2];
+}
+
 std::vector<std::size_t>
 ImageRetrieval::cover(std::size_t first, double similarity_bound) const
 {

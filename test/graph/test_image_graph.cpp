@@ -206,7 +206,7 @@ TEST(ImageGraph, RefusesInvalidOptionsAndCameras)
                   "ImageGraph: min_relative_sharpness must lie in [0, 1)");
   options = {};
   options.key_similarity = 1;
-  EXPECT_CONTAINS(message(options), "key_similarity must lie in (-1, 1)");
+  EXPECT_CONTAINS(message(options), "key_similarity must lie in [0, 1)");
   options = {};
   options.num_similar = 0;
   EXPECT_CONTAINS(message(options), "num_similar");

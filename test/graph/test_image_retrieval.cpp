@@ -96,6 +96,22 @@ TEST(ImageRetrieval, CoverHasASimilarImageForEach)
   EXPECT_EQ(retrieval.cover(3, 0.999).size(), retrieval.size());
 }
 
+TEST(ImageRetrieval, TypicalSimilarityIsTheMedianOfTheBest)
+{
+  const ImageRetrieval retrieval(roomImages(), fastOptions());
+  std::vector<std::size_t> all(retrieval.size());
+  std::iota(all.begin(), all.end(), 0);
+  std::size_t not_above = 0, not_below = 0;
+  for (const std::size_t i : all) {
+    const float best = retrieval.similarity(i, retrieval.mostSimilar(i, all, 1).front());
+    not_above += best <= retrieval.typicalSimilarity();
+    not_below += best >= retrieval.typicalSimilarity();
+  }
+  EXPECT_GE(not_above, retrieval.size() / 2);
+  EXPECT_GE(not_below, retrieval.size() / 2);
+  EXPECT_EQ(ImageRetrieval({&roomFeatures(0)}, fastOptions()).typicalSimilarity(), 0);
+}
+
 TEST(ImageRetrieval, DoesNotDependOnThreads)
 {
   RetrievalOptions options = fastOptions();
@@ -107,6 +123,7 @@ TEST(ImageRetrieval, DoesNotDependOnThreads)
     for (std::size_t j = 0; j < one.size(); ++j)
       EXPECT_EQ(one.similarity(i, j), two.similarity(i, j));
   EXPECT_EQ(one.cover(0, 0.3), two.cover(0, 0.3));
+  EXPECT_EQ(one.typicalSimilarity(), two.typicalSimilarity());
 }
 
 TEST(ImageRetrieval, AnImageWithoutFeaturesResemblesNothing)

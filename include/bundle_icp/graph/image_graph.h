@@ -19,8 +19,10 @@ struct BUNDLE_ICP_EXPORT ImageGraphOptions {
   /** Up to so many images every pair is matched; beyond it, key images are chosen that cover
    *  the scan, and matching stays linear in the number of images. */
   std::size_t exhaustive_limit = 300;
-  /** Every image has a key image at least so similar (cosine of VLAD descriptors). */
-  double key_similarity = 0.35;
+  /** Every image has a key image at least so similar, as a share of the similarity that is typical
+   *  of images that show the same, ImageRetrieval::typicalSimilarity(): 0 ... 1. Lower is faster, and
+   *  leaves long scans less well connected. */
+  double key_similarity = 0.75;
   /** Each image is matched with so many most similar key images (beyond exhaustive_limit). */
   std::size_t num_similar = 12;
   /** Each key image is matched with so many most similar key images. */

@@ -53,6 +53,12 @@ public:
   std::vector<std::size_t>
   mostSimilar(std::size_t query, const std::vector<std::size_t>& among, std::size_t count) const;
 
+  /** What images that show the same have in common in this scan: the median, over up to 100 images
+   *  drawn evenly, of the similarity with the image most similar to each. Noise of the camera
+   *  lowers it, and all other similarities with it. 0 for fewer than two images. */
+  float
+  typicalSimilarity() const;
+
   /** A subset such that every image has one in it that is at least `similarity` alike: the
    *  greedy k-centre choice (Gonzalez 1985), starting with image `first`. Ascending. */
   std::vector<std::size_t>
