@@ -18,7 +18,8 @@ constexpr std::size_t DECODE_AHEAD = 8;
 
 bool
 readInOrder(const RGBDDataset& dataset, const std::vector<std::size_t>& indices,
-            int num_threads, const FrameConsumer& consume)
+            int num_threads, const FrameConsumer& consume,
+            const FramePreparation& prepare)
 {
   for (std::size_t begin = 0; begin < indices.size(); begin += DECODE_AHEAD) {
     const std::size_t count = std::min(DECODE_AHEAD, indices.size() - begin);
@@ -27,6 +28,8 @@ readInOrder(const RGBDDataset& dataset, const std::vector<std::size_t>& indices,
     parallelFor(count, num_threads, {}, [&](std::size_t k) {
       try {
         frames[k] = dataset.read(indices[begin + k]);
+        if (prepare)
+          frames[k] = prepare(indices[begin + k], frames[k]);
       }
       catch (const pcl::IOException& error) {
         errors[k] = error.what();

@@ -15,10 +15,15 @@ namespace bundle_icp {
 using FrameConsumer = std::function<bool(std::size_t index, const RGBDFrame& frame,
                                          const std::string& error)>;
 
-/** Hands over the frames one after the other; they are decoded ahead by several
- * threads. \return false when the consumer did. */
+/** Makes of a frame what its consumer wants; called by several threads. */
+using FramePreparation =
+    std::function<RGBDFrame(std::size_t index, const RGBDFrame& frame)>;
+
+/** Hands over the frames one after the other; they are decoded and prepared ahead by
+ * several threads. \return false when the consumer did. */
 bool
 readInOrder(const RGBDDataset& dataset, const std::vector<std::size_t>& indices,
-            int num_threads, const FrameConsumer& consume);
+            int num_threads, const FrameConsumer& consume,
+            const FramePreparation& prepare = {});
 
 } // namespace bundle_icp

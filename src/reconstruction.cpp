@@ -317,11 +317,12 @@ Reconstruction::findObject()
       options_.num_threads,
       [&](std::size_t index, const RGBDFrame& image, const std::string& error) {
         if (error.empty()) { // one that cannot be read is named when it is to be fused
-          clouds.push_back(samplePoints(corrected(index, image), camera));
+          clouds.push_back(samplePoints(image, camera));
           poses.push_back(result_.frames[index].world_from_depth);
         }
         return !progress_ || progress_({"object", ++done, some.size()});
-      });
+      },
+      [this](std::size_t index, const RGBDFrame& image) { return corrected(index, image); });
   if (!completed)
     return false;
   result_.object.emplace();
@@ -353,10 +354,13 @@ Reconstruction::fuseSurface()
     // One that could be read before keeps its pose; the surface does without it.
     frame.reason = error;
     if (error.empty())
-      volume->integrate(corrected(index, image), camera, frame.world_from_depth, corrections[index]);
+      volume->integrate(image, camera, frame.world_from_depth, corrections[index]);
     return !progress_ || progress_({"surface", ++done, fused.size()});
   };
-  if (!readInOrder(scan_.dataset(), fused, options_.num_threads, fuse))
+  const auto correct = [this](std::size_t index, const RGBDFrame& image) {
+    return corrected(index, image);
+  };
+  if (!readInOrder(scan_.dataset(), fused, options_.num_threads, fuse, correct))
     return false;
   const SurfaceMesh mesh = extractSurface(*volume, options_.mesh, &result_.mesh_report);
   volume.reset(); // before the mesh is copied: neither is small

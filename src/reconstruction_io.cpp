@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include <bundle_icp/reconstruction.h>
 
+#include "common/parallel.h"
 #include "io/text_file.h"
 #include "reconstruction_report.h"
 
@@ -58,24 +59,33 @@ previewCamera()
   return camera;
 }
 
-/** The scan at a glance, for people without a mesh viewer at hand. */
+/** The mesh, and the scan at a glance for people without a mesh viewer at hand. */
 void
-writePreviews(const std::string& prefix,
-              const ReconstructionOptions& options,
-              const ReconstructionResult& result)
+writeMeshAndPictures(const std::string& prefix,
+                     const ReconstructionOptions& options,
+                     const ReconstructionResult& result)
 {
   std::vector<Pose> poses;
   for (const TimedPose& pose : result.trajectory())
     poses.push_back(pose.world_from_camera);
-  writeImage(prefix + "trajectory.png", renderTrajectoryPreview(poses));
-  if (result.mesh.polygons.empty())
-    return;
-  for (const std::string& format : options.mesh_formats)
-    writeMesh(prefix + "mesh." + format, result.mesh);
   const CameraIntrinsics camera = previewCamera();
-  writeImage(
-      prefix + "mesh.png",
-      renderMeshPreview(result.mesh, camera, choosePreviewPose(result.mesh, camera, poses)));
+  const auto writeMeshes = [&] {
+    for (const std::string& format : options.mesh_formats)
+      writeMesh(prefix + "mesh." + format, result.mesh);
+  };
+  const auto writePreviews = [&] {
+    writeImage(prefix + "trajectory.png", renderTrajectoryPreview(poses));
+    if (!result.mesh.polygons.empty())
+      writeImage(
+          prefix + "mesh.png",
+          renderMeshPreview(result.mesh, camera, choosePreviewPose(result.mesh, camera, poses)));
+  };
+  parallelFor(2, options.num_threads, {}, [&](std::size_t k) {
+    if (k == 1)
+      writePreviews();
+    else if (!result.mesh.polygons.empty())
+      writeMeshes();
+  });
 }
 
 void
@@ -91,7 +101,7 @@ writeFiles(const std::string& prefix,
   writeTrajectory(prefix + "trajectory.txt", result.trajectory());
   if (result.graph)
     writeSparseModel(prefix + "sparse.ply", *result.graph, result.model);
-  writePreviews(prefix, options, result);
+  writeMeshAndPictures(prefix, options, result);
 }
 
 /** A hidden folder in the results' folder, removed at the end with what is left in it. */

@@ -2,6 +2,8 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include <bundle_icp/common/calibration.h>
 
+#include "common/simd.h"
+
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -56,6 +58,38 @@ undistorted(const cv::Mat& image,
                               image.size(), CV_32FC1, map_x, map_y);
   cv::remap(image, result, map_x, map_y, interpolation, cv::BORDER_CONSTANT, border);
   return result;
+}
+
+/** Errors are a few percent: each round leaves that share of what is left. */
+constexpr int CORRECTION_ROUNDS = 4;
+
+/** The corrections along one row of depth, which change evenly from pixel to pixel. */
+struct RowCorrection {
+  float constant, quadratic, offset; ///< DepthNoise
+  float shared, shared_step;         ///< DepthError on the first pixel's ray, and from each to the next
+  float tilt, tilt_step;             ///< the same of DEPTH_TILT
+  float bias;
+};
+
+/** correctedDepth() for a whole row, in single precision. */
+BUNDLE_ICP_SIMD void
+correctRow(const RowCorrection& correction, int width, float* depth)
+{
+  const RowCorrection c = correction; // a copy, which no store below can change
+#pragma omp simd
+  for (int u = 0; u < width; ++u) {
+    const float measured = depth[u], column = float(u);
+    const float shared = c.shared + column * c.shared_step;
+    const float tilt = 1 + c.tilt + column * c.tilt_step;
+    const bool is_measured = measured > 0;
+    const float start = is_measured ? measured : 1.0f;
+    float z = start;
+    for (int round = 0; round < CORRECTION_ROUNDS; ++round) {
+      const float d = z - c.offset;
+      z = (start - (c.constant + c.quadratic * d * d) * shared) / (tilt + c.bias * z);
+    }
+    depth[u] = is_measured ? z : measured;
+  }
 }
 
 } // namespace
@@ -124,8 +158,7 @@ correctedDepth(double measured,
   const double shared = error[0] + error[1] * x + error[2] * y;
   const double tilt = calibration[P::DEPTH_TILT_X] * x + calibration[P::DEPTH_TILT_Y] * y;
   double z = measured;
-  // Errors are a few percent: each round leaves that share of what is left.
-  for (int round = 0; round < 4; ++round)
+  for (int round = 0; round < CORRECTION_ROUNDS; ++round)
     z = (measured - noise.sigma(z) * shared) / (1 + calibration[P::DEPTH_BIAS] * z + tilt);
   return z;
 }
@@ -143,12 +176,15 @@ correctedDepth(const cv::Mat& depth,
       calibration, cv::INTER_NEAREST, cv::Scalar(std::numeric_limits<double>::quiet_NaN()));
   if (result.data == depth.data)
     result = depth.clone();
+  const auto tilt_x = calibration[P::DEPTH_TILT_X], tilt_y = calibration[P::DEPTH_TILT_Y];
   for (int v = 0; v < result.rows; ++v) {
-    float* row = result.ptr<float>(v);
-    const double y = (v - exact.cy) / exact.fy;
-    for (int u = 0; u < result.cols; ++u)
-      if (row[u] > 0)
-        row[u] = float(correctedDepth(row[u], (u - exact.cx) / exact.fx, y, calibration, error, noise));
+    const double x = -exact.cx / exact.fx, y = (v - exact.cy) / exact.fy;
+    correctRow({float(noise.constant), float(noise.quadratic), float(noise.offset),
+                float(error[0] + error[1] * x + error[2] * y), float(error[1] / exact.fx),
+                float(tilt_x * x + tilt_y * y), float(tilt_x / exact.fx),
+                float(calibration[P::DEPTH_BIAS])},
+               result.cols,
+               result.ptr<float>(v));
   }
   return result;
 }
