@@ -86,7 +86,7 @@ describe(Arguments& arguments)
       "edge of a voxel of the surface [m]")(
       "truncation",
       po::value<double>()->value_name("M"),
-      "truncation of the signed distance [m]; default: 8 voxels, at least 0.012")(
+      "truncation of the signed distance [m]; default: 8 voxels, at least 0.012, at most 100 voxels")(
       "roi",
       po::value<std::string>()->value_name("BOX"),
       "to what the surface is limited [m], in the camera frame of the earliest frame: "
@@ -158,7 +158,7 @@ applyValues(const po::variables_map& values, Arguments& arguments)
 {
   TSDFOptions& volume = arguments.reconstruction.volume;
   volume.truncation = values.count("truncation") ? values["truncation"].as<double>()
-                                                 : std::max(8 * volume.voxel_size, 0.012);
+                                                 : std::min(100 * volume.voxel_size, std::max(8 * volume.voxel_size, 0.012));
   arguments.reconstruction.make_mesh = !values.count("no-mesh");
   if (values.count("roi")) {
     const std::string text = values["roi"].as<std::string>();
@@ -247,8 +247,12 @@ printCorrections(const ReconstructionResult& result)
 
 /** What was made of the mesh beyond what was measured. */
 void
-printMeshReport(const MeshReport& report)
+printMeshReport(const ReconstructionResult& result)
 {
+  const MeshReport& report = result.mesh_report;
+  if (result.mesh.polygons.empty() && report.cleaning.small_components > 0)
+    std::cerr << "mesh: empty; " << report.cleaning.small_components
+              << " pieces were smaller than --min-component\n";
   if (report.cleaning.holes_filled > 0)
     std::cerr << "mesh: " << report.cleaning.holes_filled << " holes filled, "
               << 1e4 * report.cleaning.filled_area << " cm^2 that were not measured\n";
@@ -286,7 +290,7 @@ printSummary(const Arguments& arguments, const RGBDDataset& dataset, const Recon
   printReasons(result, 3);
   printCorrections(result);
   printObject(result);
-  printMeshReport(result.mesh_report);
+  printMeshReport(result);
   std::cout << result.component_sizes.front() << " of " << result.frames.size()
             << " frames have a pose in one world";
   for (std::size_t c = 1; c < result.component_sizes.size(); ++c)

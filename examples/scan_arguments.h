@@ -46,7 +46,7 @@ inline void
 refuseNegativeNumbers(const boost::program_options::parsed_options& parsed)
 {
   for (const auto& option : parsed.options)
-    for (const char* const name : {"stride", "max-frames"})
+    for (const char* const name : {"stride", "max-frames", "decimate"})
       if (option.string_key == name && !option.value.empty() &&
           option.value[0][0] == '-')
         throw UsageError(std::string("--") + name + " " + option.value[0] +

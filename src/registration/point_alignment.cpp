@@ -31,8 +31,8 @@ constexpr double ENOUGH_OVERLAP = 0.75;
 /** With nearest neighbours, whose unit of length is unknown, the same is a share of the
  * root mean square distance. */
 constexpr double LEVEL_RMS_SHARE[] = {1, 0.3, 0};
-/** Share of the iterations that one run of a coarse level may spend. */
-constexpr double COARSE_BUDGET = 0.15;
+/** Share of the iterations that one run of a coarse level may spend, and all of them together. */
+constexpr double COARSE_BUDGET = 0.15, ALL_COARSE_BUDGET = 0.75;
 /** Observed noise counts as at least this share of the model's: residuals of exact data
  * must not declare every curvature an outlier. */
 constexpr double MIN_SCALE = 0.25;
@@ -325,7 +325,7 @@ Aligner::runLevel(std::size_t level, float misalignment)
   useLevel(level, misalignment);
   const int budget =
       last ? problem_.max_iterations
-           : std::min(problem_.max_iterations,
+           : std::min(static_cast<int>(ALL_COARSE_BUDGET * problem_.max_iterations),
                       out_.result.iterations +
                           static_cast<int>(COARSE_BUDGET * problem_.max_iterations));
   mean_squared_ = -1;

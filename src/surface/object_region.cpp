@@ -342,6 +342,16 @@ findObjectRegion(const std::vector<Cloud>& clouds,
 Cloud
 samplePoints(const RGBDFrame& frame, const CameraIntrinsics& camera, int step)
 {
+  std::string error;
+  if (step < 1)
+    throw pcl::BadArgumentException("samplePoints: step " + std::to_string(step) +
+                                    "; expected 1 or more");
+  if (!camera.isValid(&error))
+    throw pcl::BadArgumentException("samplePoints: " + error);
+  if (frame.depth.type() != CV_32FC1 || frame.depth.cols != camera.width ||
+      frame.depth.rows != camera.height)
+    throw pcl::BadArgumentException(
+        "samplePoints: depth must be CV_32FC1 in metres, of the camera's size");
   const DepthNoise noise;
   Cloud cloud;
   for (int v = step; v < frame.depth.rows - 1; v += step)

@@ -5,6 +5,7 @@
 #include <pcl/exceptions.h>
 
 #include <cstring>
+#include <limits>
 #include <string>
 
 namespace bundle_icp {
@@ -36,8 +37,12 @@ public:
   void
   allocate()
   {
-    cloud_.row_step = cloud_.point_step * cloud_.width;
-    cloud_.data.resize(cloud_.row_step);
+    const std::size_t bytes = std::size_t(cloud_.point_step) * cloud_.width;
+    if (bytes > std::numeric_limits<std::uint32_t>::max())
+      throw pcl::BadArgumentException("toPolygonMesh: " + std::to_string(cloud_.width) +
+                                      " vertices are more than a PCLPointCloud2 can hold");
+    cloud_.row_step = static_cast<std::uint32_t>(bytes);
+    cloud_.data.resize(bytes);
     next_ = cloud_.data.data();
   }
 
