@@ -7,6 +7,9 @@ function(bundle_icp_set_compiler_options target)
   endif()
   if(BUNDLE_ICP_SANITIZE)
     target_compile_options(${target} PRIVATE -fsanitize=${BUNDLE_ICP_SANITIZE} -fno-omit-frame-pointer)
+    # Under the address sanitizer Eigen aligns memory by itself, which PCL, built without, would then
+    # free, or free of PCL's. The sanitizer's malloc aligns as the system's does.
+    target_compile_definitions(${target} PRIVATE EIGEN_MALLOC_ALREADY_ALIGNED=1)
     target_link_options(${target} PRIVATE -fsanitize=${BUNDLE_ICP_SANITIZE})
   endif()
 endfunction()
