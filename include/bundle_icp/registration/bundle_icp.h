@@ -98,7 +98,8 @@ public:
   setDepthNoise(const DepthNoise& noise);
 
   /** How far the surfaces may lie apart under the guess of align() [m], 0.3 until set. Less is
-   * faster: below 0.03 projective association starts on its fine levels.
+   * faster: below 0.03 projective association starts on its fine levels. A pose from visual
+   * correspondences counts as within 0.03 m; without a camera it has no effect.
    *  \throws pcl::BadArgumentException when negative or not finite. */
   void
   setMaxMisalignment(double distance);
