@@ -124,7 +124,8 @@ updateDistance(std::uint32_t seed, Row& row, std::int16_t* distance,
   const Floats old_value = __builtin_convertvector(old_distance, Floats);
   const Floats value = old_value + row.share * (row.value * distance_scale - old_value);
   const Floats dither = toFloats(row.dither & 0xffffu) * (1.0f / 65536);
-  const Floats dithered = value + dither;
+  // Of voxels that are not updated it may be anything, as large as no integer is.
+  const Floats dithered = row.update ? value + dither : Floats{};
   const Ints cut = truncated(dithered);
   const Ints down =
       cut + (__builtin_convertvector(cut, Floats) > dithered); // mask is -1
