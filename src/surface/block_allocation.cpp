@@ -173,62 +173,121 @@ patchBlocks(const DepthSamples& samples, int u0, int v0, const Pose& blocks_from
   return found;
 }
 
-/** The part of a frame that one block's bounding sphere covers. */
-class VisibilityTest {
+/** Range of depth over rectangles of tiles, from those of squares of 2^level tiles: four
+ *  squares, which may overlap, cover every rectangle (a sparse table). */
+class DepthRanges {
 public:
-  VisibilityTest(const DepthSamples& samples, const TSDFOptions& options)
-      : samples_(samples),
-        radius_(options.voxel_size * (block_edge - 1) * 0.5 * std::sqrt(3.0)),
-        near_(options.min_depth), truncation_(options.truncation)
+  explicit DepthRanges(const DepthSamples& samples)
+      : columns_(samples.tiles_x), rows_(samples.tiles_y), levels_{samples.depth_range}
   {
+    for (int edge = 1; 2 * edge <= std::max(columns_, rows_); edge *= 2) {
+      const std::vector<Eigen::Vector2f>& finer = levels_.back();
+      std::vector<Eigen::Vector2f> coarser(finer.size());
+      for (int y = 0; y < rows_; ++y)
+        for (int x = 0; x < columns_; ++x)
+          coarser[at(x, y)] = fourSquares(finer, x, y, std::min(x + edge, columns_ - 1),
+                                          std::min(y + edge, rows_ - 1));
+      levels_.push_back(std::move(coarser));
+    }
   }
 
-  /** True when the band or, for blocks that may hold a surface, the free space of a
-   * pixel reaches the block. */
-  bool
-  operator()(const Eigen::Vector3d& center, bool free_space_matters) const
+  /** Of the tiles x0 ... x1, y0 ... y1. */
+  Eigen::Vector2f
+  over(int x0, int y0, int x1, int y1) const
   {
-    const CameraIntrinsics& camera = samples_.camera;
-    if (center.z() + radius_ < near_)
-      return false;
-    const double nearest = center.z() - radius_;
-    const double farthest = free_space_matters ? INFINITY : center.z() + radius_;
-    if (nearest < near_) // may cover the whole image
-      return reached({camera.cx, camera.cy}, camera.width + camera.height, nearest,
-                     farthest);
-    const double spread =
-        radius_ / nearest + center.head<2>().norm() * (1 / nearest - 1 / center.z());
-    const double margin = spread * std::max(camera.fx, camera.fy) + 1;
-    return reached(camera.project(center), margin, nearest, farthest);
+    std::size_t level = 0;
+    int edge = 1;
+    for (const int longer = std::max(x1 - x0, y1 - y0) + 1; 2 * edge <= longer; edge *= 2)
+      ++level;
+    return fourSquares(levels_[level], x0, y0, std::max(x0, x1 - edge + 1),
+                       std::max(y0, y1 - edge + 1));
   }
 
 private:
-  bool
-  reached(const Eigen::Vector2d& middle, double margin, double nearest,
-          double farthest) const
+  std::size_t
+  at(int x, int y) const
   {
-    const auto tileOf = [](double pixel, int count) {
-      return static_cast<int>(
-          std::clamp(std::floor(pixel / DepthSamples::tile), -1.0, double(count)));
-    };
-    const int u0 = std::max(0, tileOf(middle.x() - margin, samples_.tiles_x));
-    const int v0 = std::max(0, tileOf(middle.y() - margin, samples_.tiles_y));
-    const int u1 =
-        std::min(samples_.tiles_x - 1, tileOf(middle.x() + margin, samples_.tiles_x));
-    const int v1 =
-        std::min(samples_.tiles_y - 1, tileOf(middle.y() + margin, samples_.tiles_y));
-    for (int v = v0; v <= v1; ++v)
-      for (int u = u0; u <= u1; ++u) {
-        const Eigen::Vector2f& range = samples_.depth_range[v * samples_.tiles_x + u];
-        if (range.y() > 0 && range.y() + truncation_ > nearest &&
-            range.x() - truncation_ < farthest)
-          return true;
-      }
-    return false;
+    return std::size_t(y) * columns_ + x;
   }
 
-  const DepthSamples& samples_;
-  double radius_, near_, truncation_;
+  Eigen::Vector2f
+  fourSquares(const std::vector<Eigen::Vector2f>& ranges, int x0, int y0, int x1, int y1) const
+  {
+    const auto both = [](const Eigen::Vector2f& a, const Eigen::Vector2f& b) {
+      return Eigen::Vector2f(std::min(a.x(), b.x()), std::max(a.y(), b.y()));
+    };
+    return both(both(ranges[at(x0, y0)], ranges[at(x1, y0)]),
+                both(ranges[at(x0, y1)], ranges[at(x1, y1)]));
+  }
+
+  int columns_, rows_;
+  std::vector<std::vector<Eigen::Vector2f>> levels_;
+};
+
+/** Tells the blocks that a frame can change. */
+class VisibilityTest {
+public:
+  VisibilityTest(const DepthSamples& samples, const Pose& camera_from_world,
+                 const TSDFOptions& options)
+      : camera_(samples.camera), ranges_(samples), camera_from_world_(camera_from_world),
+        block_size_(options.voxel_size * block_edge), near_(options.min_depth),
+        truncation_(options.truncation)
+  {
+    // The outermost voxels, as seen from the first.
+    const Eigen::Matrix3d edges =
+        camera_from_world.linear() * (options.voxel_size * (block_edge - 1));
+    for (int i = 0; i < 8; ++i)
+      corners_.col(i) = edges * Eigen::Vector3d(i & 1, i >> 1 & 1, i >> 2 & 1);
+  }
+
+  /** True when the band or, for blocks that may hold a surface, the free space of a
+   *  pixel reaches the block. */
+  bool
+  operator()(const Eigen::Vector3i& block, bool free_space_matters) const
+  {
+    const Corners corners =
+        corners_.colwise() + camera_from_world_ * (block.cast<double>() * block_size_);
+    const double nearest = corners.row(2).minCoeff(), farthest = corners.row(2).maxCoeff();
+    if (farthest < near_)
+      return false;
+    Eigen::AlignedBox2d seen(Eigen::Vector2d(0, 0),
+                             Eigen::Vector2d(camera_.width - 1, camera_.height - 1));
+    if (nearest >= near_) // else it may cover the whole image
+      seen.clamp(outline(corners));
+    if (seen.isEmpty())
+      return false;
+    const Eigen::Array2i first = tileOf(seen.min()), last = tileOf(seen.max());
+    const Eigen::Vector2f range = ranges_.over(first.x(), first.y(), last.x(), last.y());
+    return range.y() + truncation_ > nearest &&
+           (free_space_matters || range.x() - truncation_ < farthest);
+  }
+
+private:
+  using Corners = Eigen::Matrix<double, 3, 8>;
+
+  // With the pixels next to it.
+  Eigen::AlignedBox2d
+  outline(const Corners& corners) const
+  {
+    const Eigen::Array<double, 1, 8> inverse = corners.row(2).array().inverse();
+    const Eigen::Array<double, 1, 8> x = corners.row(0).array() * inverse;
+    const Eigen::Array<double, 1, 8> y = corners.row(1).array() * inverse;
+    const Eigen::Vector2d margin(1, 1);
+    return {camera_.project({x.minCoeff(), y.minCoeff(), 1}) - margin,
+            camera_.project({x.maxCoeff(), y.maxCoeff(), 1}) + margin};
+  }
+
+  static Eigen::Array2i
+  tileOf(const Eigen::Vector2d& pixel)
+  {
+    return (pixel / DepthSamples::tile).cast<int>().array();
+  }
+
+  CameraIntrinsics camera_;
+  DepthRanges ranges_;
+  Pose camera_from_world_;
+  double block_size_, near_, truncation_;
+  Corners corners_;
 };
 
 } // namespace
@@ -262,17 +321,11 @@ findVisibleBlocks(const VoxelBlockMap& blocks, const DepthSamples& samples,
                   const Pose& camera_from_world, const TSDFOptions& options,
                   int num_threads)
 {
-  const VisibilityTest isVisible(samples, options);
-  const double block_size = options.voxel_size * block_edge;
-  const Eigen::Vector3d half =
-      Eigen::Vector3d::Constant(0.5 * (block_edge - 1) * options.voxel_size);
+  const VisibilityTest isVisible(samples, camera_from_world, options);
   std::vector<std::uint8_t> visible(blocks.size());
 #pragma omp parallel for num_threads(num_threads)
-  for (std::size_t i = 0; i < blocks.size(); ++i) {
-    const Eigen::Vector3d center =
-        blocks.coordinatesOf(i).cast<double>() * block_size + half;
-    visible[i] = isVisible(camera_from_world * center, blocks.mayHoldSurface(i));
-  }
+  for (std::size_t i = 0; i < blocks.size(); ++i)
+    visible[i] = isVisible(blocks.coordinatesOf(i), blocks.mayHoldSurface(i));
   std::vector<std::uint32_t> numbers;
   for (std::size_t i = 0; i < visible.size(); ++i)
     if (visible[i])

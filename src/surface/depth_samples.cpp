@@ -174,7 +174,7 @@ rowInput(const DepthSamples& samples, int v, const float* zeros,
   return in;
 }
 
-// Range of depth within one tile; (0, 0) when nothing is measured there.
+// Range of depth within one tile; (infinity, 0) when nothing is measured there.
 Eigen::Vector2f
 tileRange(const float* corner, int stride, int width, int height)
 {
@@ -185,7 +185,7 @@ tileRange(const float* corner, int stride, int width, int height)
       low = z > 0 && z < low ? z : low;
       high = z > high ? z : high;
     }
-  return high > 0 ? Eigen::Vector2f(low, high) : Eigen::Vector2f(0, 0);
+  return {low, high};
 }
 
 } // namespace

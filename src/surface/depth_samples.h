@@ -18,7 +18,7 @@ constexpr std::uint32_t best_quality = 255;
 /** One frame as the fusion of voxels wants it: per pixel everything that does not
  *  depend on the voxel, without NaN, row by row. */
 struct DepthSamples {
-  static constexpr int tile = 16; ///< edge of the tiles of depth_range [px]
+  static constexpr int tile = 8; ///< edge of the tiles of depth_range [px]
 
   CameraIntrinsics camera;
   std::vector<float> depth;  ///< [m], 0 = not measured or out of range
@@ -26,7 +26,7 @@ struct DepthSamples {
   /** Blue, green, red, quality from the lowest byte up; empty without colour. */
   std::vector<std::uint32_t> color;
   int tiles_x = 0, tiles_y = 0;
-  /** Smallest and largest depth per tile, row by row; 0 = none. */
+  /** Smallest and largest depth per tile, row by row; (infinity, 0) = none. */
   std::vector<Eigen::Vector2f> depth_range;
 
   DepthSamples(const RGBDFrame& frame, const CameraIntrinsics& camera,

@@ -14,14 +14,13 @@ constexpr Words lane_hash = {0x9e3779b9u, 0x3c6ef372u, 0xdaa66d2bu, 0x78dde6e4u,
                              0x1715609du, 0xb54cda56u, 0x5384540fu, 0xf1bbcdc8u};
 
 struct Row {
+  int number;    // within the block
   Ints update;   // mask
   Floats z;      // depth of the voxel [m]
   Floats u, v;   // where it is seen [px]
   Ints nearest;  // the pixel there
   Floats ahead;  // measured depth - z, in truncations
-  Floats value;  // truncated distance, [-1, 1]
   Floats weight; // of this measurement
-  Floats share;  // of this measurement in the new mean
   Ints pixel;    // the upper left of the four pixels around (u, v)
   Floats fu, fv; // where (u, v) lies between them, [0, 1]
   Words dither;
@@ -87,19 +86,17 @@ interpolateDepth(const FusionView& view, Row& row)
   row.ahead = in_band ? (measured - row.z) * (1 / view.truncation) : row.ahead;
 }
 
-// Equation (7), and the weight of the measurement.
 BUNDLE_ICP_INLINE void
-measure(const FusionView& view, Row& row)
+weigh(const FusionView& view, Row& row)
 {
   const Floats one = Floats{} + 1;
-  row.value = larger(-one, smaller(one, row.ahead));
   // Behind the surface the weight falls off, so that a thin object's far side survives.
   row.weight =
       gather<Floats>(view.weight, row.nearest) * smaller(one, (row.ahead + 1) * 1.25f);
   row.update &= row.weight > 0;
 }
 
-// Returns a mask of the voxels that now lie behind the surface.
+// Equation (7). Returns a mask of the voxels that now lie behind the surface.
 BUNDLE_ICP_INLINE Ints
 updateDistance(std::uint32_t seed, Row& row, std::int16_t* distance,
                std::uint16_t* weight)
@@ -115,14 +112,16 @@ updateDistance(std::uint32_t seed, Row& row, std::int16_t* distance,
   const Floats old_weight =
       old_code ? bitCast<Floats>((old_code << weight_shift) + weight_base) : Floats{};
   const Floats sum = old_weight + row.weight;
-  row.share = row.weight / sum;
+  const Floats share = row.weight / sum;
   const Words sum_bits = bitCast<Words>(sum) + (row.dither >> 20);
   const Ints sum_code = bitCast<Ints>(sum_bits - weight_base) >> weight_shift;
   const Ints code = smaller(larger(sum_code, Ints{} + 1), Ints{} + 65535);
 
   const Ints old_distance = __builtin_convertvector(load<Shorts>(distance), Ints);
   const Floats old_value = __builtin_convertvector(old_distance, Floats);
-  const Floats value = old_value + row.share * (row.value * distance_scale - old_value);
+  const Floats one = Floats{} + 1;
+  const Floats measured = larger(-one, smaller(one, row.ahead)) * distance_scale;
+  const Floats value = old_value + share * (measured - old_value);
   const Floats dither = toFloats(row.dither & 0xffffu) * (1.0f / 65536);
   // Of voxels that are not updated it may be anything, as large as no integer is.
   const Floats dithered = row.update ? value + dither : Floats{};
@@ -215,31 +214,50 @@ BUNDLE_ICP_SIMD bool
 fuseBlock(const FusionView& view, const float corner[3], const RegionClip* clip,
           std::uint32_t seed, VoxelBlock& block)
 {
-  Ints behind{};
+  // Step by step for all rows instead of row by row: the branches that tell which rows need
+  // a step are as good as random, and a loop without them overlaps the rows' look-ups.
+  Row rows[block_slab];
+  int count = 0;
   for (int i = 0; i < block_slab; ++i) {
     const float y = static_cast<float>(i % block_edge),
                 z = static_cast<float>(i / block_edge);
     float first[3];
     for (int axis = 0; axis < 3; ++axis)
       first[axis] = corner[axis] + y * view.step[1][axis] + z * view.step[2][axis];
-    Row row{};
+    Row& row = rows[count];
+    row.number = i;
     project(view, first, row);
     if (clip)
       row.update &= insideRegion(*clip, y, z);
-    if (!any(row.update))
-      continue;
     lookUpNearest(view, row);
-    if (!any(row.update))
-      continue;
-    if (any(row.update & (row.ahead < 1)))
-      interpolateDepth(view, row);
-    measure(view, row);
-    const int voxel = i * block_edge;
-    behind |= updateDistance(seed + static_cast<std::uint32_t>(i) * 0x51ed270bu, row,
-                             block.distance + voxel, block.weight + voxel);
-    if (view.color && any(row.update & nearSurface(row)))
-      updateColor(view, row, block.color + voxel);
+    count += any(row.update);
   }
+
+  int chosen[block_slab], num_chosen = 0;
+  for (int i = 0; i < count; ++i) {
+    chosen[num_chosen] = i;
+    num_chosen += any(rows[i].update & (rows[i].ahead < 1));
+  }
+  for (int i = 0; i < num_chosen; ++i)
+    interpolateDepth(view, rows[chosen[i]]);
+
+  Ints behind{};
+  for (int i = 0; i < count; ++i) {
+    Row& row = rows[i];
+    weigh(view, row);
+    const int voxel = row.number * block_edge;
+    behind |= updateDistance(seed + static_cast<std::uint32_t>(row.number) * 0x51ed270bu, row,
+                             block.distance + voxel, block.weight + voxel);
+  }
+
+  num_chosen = 0;
+  if (view.color)
+    for (int i = 0; i < count; ++i) {
+      chosen[num_chosen] = i;
+      num_chosen += any(rows[i].update & nearSurface(rows[i]));
+    }
+  for (int i = 0; i < num_chosen; ++i)
+    updateColor(view, rows[chosen[i]], block.color + rows[chosen[i]].number * block_edge);
   return any(behind);
 }
 
