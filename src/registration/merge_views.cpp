@@ -45,17 +45,40 @@ struct RowSums {
   }
 };
 
+/** Copies what the samples of a row say of their surface. Apart from the arithmetic, whose
+ *  vectors would be filled by gather instructions, slower than these loads. */
+void
+fetchRow(const Contribution& from, int row, int width, RowSamples& out)
+{
+  const int* source = from.warped.source.ptr<int>(row);
+  const cv::Vec3f* normals = from.view->normals.ptr<cv::Vec3f>();
+  const float* weights = from.view->weight.ptr<float>();
+  float *weight = out.weight.data();
+  float *nx = out.nx.data(), *ny = out.ny.data(), *nz = out.nz.data();
+  // All views together are more streams than the processor looks ahead of, hence the hints
+  // for the next row.
+  const int next = from.view->depth.cols;
+  for (int u = 0; u < width; ++u) {
+    const int pixel = source[u] < 0 ? 0 : source[u];
+    __builtin_prefetch(weights + pixel + next);
+    __builtin_prefetch(normals + pixel + next);
+    __builtin_prefetch(source + u + width);
+    weight[u] = weights[pixel];
+    nx[u] = normals[pixel][0];
+    ny[u] = normals[pixel][1];
+    nz[u] = normals[pixel][2];
+  }
+}
+
 /** The measured depth moves a point along the view's ray. How far this moves the
  * surface along the virtual ray, and so its weight there, depends on how both meet it.
- */
+ *  `out` has what fetchRow() put there. */
 BUNDLE_ICP_SIMD void
 sampleRow(const Contribution& from, const CameraIntrinsics& camera, int row,
           RowSamples& out)
 {
   const float* inverse = from.warped.inverse_depth.ptr<float>(row);
   const int* source = from.warped.source.ptr<int>(row);
-  const float* normals = from.view->normals.ptr<float>();
-  const float* weights = from.view->weight.ptr<float>();
   const Eigen::Matrix3f& R = from.rotation;
   const float r00 = R(0, 0), r01 = R(0, 1), r02 = R(0, 2), r10 = R(1, 0), r11 = R(1, 1),
               r12 = R(1, 2), r20 = R(2, 0), r21 = R(2, 1), r22 = R(2, 2);
@@ -70,10 +93,8 @@ sampleRow(const Contribution& from, const CameraIntrinsics& camera, int row,
     // Loaded whether needed or not: a loop without branches is one for vector
     // instructions.
     const int from_pixel = source[u];
-    const int pixel = from_pixel < 0 ? 0 : from_pixel;
-    const float inverse_z = inverse[u], full_weight = weights[pixel];
-    const float a = normals[3 * pixel], b = normals[3 * pixel + 1],
-                c = normals[3 * pixel + 2];
+    const float inverse_z = inverse[u], full_weight = weight[u];
+    const float a = nx[u], b = ny[u], c = nz[u];
     const float x = (static_cast<float>(u) - cx) * scale;
     const float divisor = from_pixel < 0 ? 1.0f : inverse_z;
     const float z = 1 / divisor;
@@ -189,8 +210,10 @@ mergeViews(const std::vector<Contribution>& contributions,
     RowSums sums(static_cast<std::size_t>(width));
 #pragma omp for schedule(static)
     for (int row = 0; row < out.camera.height; ++row) {
-      for (std::size_t i = 0; i < contributions.size(); ++i)
+      for (std::size_t i = 0; i < contributions.size(); ++i) {
+        fetchRow(contributions[i], row, width, samples[i]);
         sampleRow(contributions[i], out.camera, row, samples[i]);
+      }
       sumNearest(samples, options, 0, width, sums);
       for (int u = 0; u < width; ++u) {
         const std::size_t c = static_cast<std::size_t>(u);

@@ -196,17 +196,20 @@ larger(float a, float b)
   return a > b ? a : b;
 }
 
-/** First and last pixel between two coordinates, with the seam; empty for a cell too
- * large. */
-inline void
-pixelRange(float low, float high, float size, int& first, int& last)
+/** First pixel at or after a coordinate, in an image of `size` pixels. */
+inline int
+firstPixel(float low, float size)
 {
-  const float seam = SEAM * (high - low);
-  const float begin = std::ceil(larger(low - seam, 0));
-  const float end = std::floor(smaller(high + seam, size - 1));
-  const bool usable = high - low <= MAX_CELL && begin <= end;
-  first = static_cast<int>(usable ? begin : 1.0f);
-  last = static_cast<int>(usable ? end : 0.0f);
+  const float start = smaller(larger(low, 0), size);
+  const int before = static_cast<int>(start); // std::ceil() is not for vector instructions
+  return before + (static_cast<float>(before) < start);
+}
+
+/** Last pixel at or before a coordinate, -1 = none. */
+inline int
+lastPixel(float high, float size)
+{
+  return static_cast<int>(larger(smaller(high + 1, size), 0)) - 1;
 }
 
 BUNDLE_ICP_SIMD void
@@ -227,11 +230,15 @@ boundQuads(const VertexRow& top, const VertexRow& bottom, int quads,
     const float u_max = larger(larger(tu[c], tu[c + 1]), larger(bu[c], bu[c + 1]));
     const float v_min = smaller(smaller(tv[c], tv[c + 1]), smaller(bv[c], bv[c + 1]));
     const float v_max = larger(larger(tv[c], tv[c + 1]), larger(bv[c], bv[c + 1]));
-    pixelRange(u_min, u_max, width, u0[c], u1[c]);
-    pixelRange(v_min, v_max, height, v0[c], v1[c]);
-    // At least two linked edges make a cell.
-    const bool linked = right[c] + below[c] + down[c] + down[c + 1] >= 2;
-    u1[c] = linked && v0[c] <= v1[c] ? u1[c] : -1;
+    const float du = u_max - u_min, dv = v_max - v_min;
+    u0[c] = firstPixel(u_min - SEAM * du, width);
+    v0[c] = firstPixel(v_min - SEAM * dv, height);
+    v1[c] = lastPixel(v_max + SEAM * dv, height);
+    // At least two linked edges make a cell. Without branches, for vector instructions.
+    const float links = right[c] + below[c] + down[c] + down[c + 1];
+    const float linked = links >= 2 ? 1.0f : 0.0f;
+    const float usable = larger(du, dv) <= MAX_CELL ? linked : 0.0f;
+    u1[c] = lastPixel(usable * (u_max + SEAM * du + 1) - 1, width);
   }
 }
 
@@ -273,10 +280,10 @@ sampleQuads(const VertexRow& top, const VertexRow& bottom, int quads, int row,
     const float area = outside <= SEAM ? determinant : 0.0f;
     const int at = v0[c] * image_width + u0[c];
     index[c] = area > MIN_AREA ? at : -1;
-    const int pixels = u1[c] - u0[c] + v1[c] - v0[c];
+    const int more = (u1[c] - u0[c]) | (v1[c] - v0[c]);
     const float links = right[c] + below[c] + down[c] + down[c + 1];
     const int whole = links >= 4 ? 0 : 1;
-    single[c] = (pixels | whole) == 0 ? 1 : 0;
+    single[c] = (more | whole) == 0 ? 1 : 0;
   }
 }
 
