@@ -240,26 +240,28 @@ public:
       corners_.col(i) = edges * Eigen::Vector3d(i & 1, i >> 1 & 1, i >> 2 & 1);
   }
 
-  /** True when the band or, for blocks that may hold a surface, the free space of a
-   *  pixel reaches the block. */
-  bool
+  /** How far the band of a pixel reaches in the block [m]; 0 when neither that nor, for blocks
+   *  that may hold a surface, a pixel's free space reaches it. */
+  float
   operator()(const Eigen::Vector3i& block, bool free_space_matters) const
   {
     const Corners corners =
         corners_.colwise() + camera_from_world_ * (block.cast<double>() * block_size_);
     const double nearest = corners.row(2).minCoeff(), farthest = corners.row(2).maxCoeff();
     if (farthest < near_)
-      return false;
+      return 0;
     Eigen::AlignedBox2d seen(Eigen::Vector2d(0, 0),
                              Eigen::Vector2d(camera_.width - 1, camera_.height - 1));
     if (nearest >= near_) // else it may cover the whole image
       seen.clamp(outline(corners));
     if (seen.isEmpty())
-      return false;
+      return 0;
     const Eigen::Array2i first = tileOf(seen.min()), last = tileOf(seen.max());
     const Eigen::Vector2f range = ranges_.over(first.x(), first.y(), last.x(), last.y());
-    return range.y() + truncation_ > nearest &&
-           (free_space_matters || range.x() - truncation_ < farthest);
+    const float reach = range.y() + static_cast<float>(truncation_);
+    const bool reaches =
+        reach > nearest && (free_space_matters || range.x() - truncation_ < farthest);
+    return reaches ? reach : 0;
   }
 
 private:
@@ -316,21 +318,21 @@ findBandBlocks(const DepthSamples& samples, const Pose& world_from_camera,
   return keys;
 }
 
-std::vector<std::uint32_t>
+std::vector<VisibleBlock>
 findVisibleBlocks(const VoxelBlockMap& blocks, const DepthSamples& samples,
                   const Pose& camera_from_world, const TSDFOptions& options,
                   int num_threads)
 {
-  const VisibilityTest isVisible(samples, camera_from_world, options);
-  std::vector<std::uint8_t> visible(blocks.size());
+  const VisibilityTest reachOf(samples, camera_from_world, options);
+  std::vector<float> reach(blocks.size());
 #pragma omp parallel for num_threads(num_threads)
   for (std::size_t i = 0; i < blocks.size(); ++i)
-    visible[i] = isVisible(blocks.coordinatesOf(i), blocks.mayHoldSurface(i));
-  std::vector<std::uint32_t> numbers;
-  for (std::size_t i = 0; i < visible.size(); ++i)
-    if (visible[i])
-      numbers.push_back(static_cast<std::uint32_t>(i));
-  return numbers;
+    reach[i] = reachOf(blocks.coordinatesOf(i), blocks.mayHoldSurface(i));
+  std::vector<VisibleBlock> visible;
+  for (std::size_t i = 0; i < reach.size(); ++i)
+    if (reach[i] > 0)
+      visible.push_back({static_cast<std::uint32_t>(i), reach[i]});
+  return visible;
 }
 
 } // namespace bundle_icp

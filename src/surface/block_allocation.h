@@ -13,9 +13,13 @@ std::vector<std::uint64_t>
 findBandBlocks(const DepthSamples& samples, const Pose& world_from_camera,
                const TSDFOptions& options, int num_threads);
 
-/** Numbers of the blocks that the frame can change: in view, and not hidden behind the
- *  surface. */
-std::vector<std::uint32_t>
+/** A block that a frame can change: in view, and not hidden behind the surface. */
+struct VisibleBlock {
+  std::uint32_t number;
+  float farthest; ///< depth beyond which no voxel of it changes [m]
+};
+
+std::vector<VisibleBlock>
 findVisibleBlocks(const VoxelBlockMap& blocks, const DepthSamples& samples,
                   const Pose& camera_from_world, const TSDFOptions& options,
                   int num_threads);

@@ -229,7 +229,7 @@ TSDFVolume::integrate(const RGBDFrame& frame, const CameraIntrinsics& camera,
        findBandBlocks(samples, world_from_camera, options, num_threads))
     blocks.insert(key);
   const Pose camera_from_world = world_from_camera.inverse();
-  const std::vector<std::uint32_t> visible =
+  const std::vector<VisibleBlock> visible =
       findVisibleBlocks(blocks, samples, camera_from_world, options, num_threads);
 
   const FusionView view = makeView(samples, camera_from_world, options, correction);
@@ -238,13 +238,14 @@ TSDFVolume::integrate(const RGBDFrame& frame, const CameraIntrinsics& camera,
   const std::uint32_t frame_number = impl_->num_frames++;
 #pragma omp parallel for schedule(dynamic, 16) num_threads(num_threads)
   for (std::size_t i = 0; i < visible.size(); ++i) {
-    const Eigen::Vector3i coordinates = blocks.coordinatesOf(visible[i]);
+    const std::uint32_t block = visible[i].number;
+    const Eigen::Vector3i coordinates = blocks.coordinatesOf(block);
     const Eigen::Vector3d corner = coordinates.cast<double>() * block_size;
     const Eigen::Vector3f in_camera = (camera_from_world * corner).cast<float>();
     const std::optional<RegionClip> clip = region.clip(corner);
-    if (fuseBlock(view, in_camera.data(), clip ? &*clip : nullptr,
-                  roundingSeed(coordinates, frame_number), blocks[visible[i]]))
-      blocks.setMayHoldSurface(visible[i]);
+    if (fuseBlock(view, in_camera.data(), visible[i].farthest, clip ? &*clip : nullptr,
+                  roundingSeed(coordinates, frame_number), blocks[block]))
+      blocks.setMayHoldSurface(block);
   }
 }
 

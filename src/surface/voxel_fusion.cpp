@@ -211,19 +211,22 @@ insideRegion(const RegionClip& clip, float y, float z)
 } // namespace
 
 BUNDLE_ICP_SIMD bool
-fuseBlock(const FusionView& view, const float corner[3], const RegionClip* clip,
-          std::uint32_t seed, VoxelBlock& block)
+fuseBlock(const FusionView& view, const float corner[3], float farthest,
+          const RegionClip* clip, std::uint32_t seed, VoxelBlock& block)
 {
   // Step by step for all rows instead of row by row: the branches that tell which rows need
   // a step are as good as random, and a loop without them overlaps the rows' look-ups.
   Row rows[block_slab];
   int count = 0;
+  const float along_row = (block_edge - 1) * view.step[0][2];
   for (int i = 0; i < block_slab; ++i) {
     const float y = static_cast<float>(i % block_edge),
                 z = static_cast<float>(i / block_edge);
     float first[3];
     for (int axis = 0; axis < 3; ++axis)
       first[axis] = corner[axis] + y * view.step[1][axis] + z * view.step[2][axis];
+    if (first[2] + (along_row < 0 ? along_row : 0) > farthest)
+      continue;
     Row& row = rows[count];
     row.number = i;
     project(view, first, row);

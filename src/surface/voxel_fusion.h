@@ -30,11 +30,11 @@ struct RegionClip {
 };
 
 /** Fuses the frame into one block, whose first voxel lies at `corner` in the camera
- *  frame. `seed` drives the unbiased rounding to the block's 16 bits; `clip` is null where
- *  all of the block lies in the region. Returns true when a voxel that it changed lies
- *  behind the surface. */
+ *  frame; voxels beyond the depth `farthest` do not change. `seed` drives the unbiased
+ *  rounding to the block's 16 bits; `clip` is null where all of the block lies in the region.
+ *  Returns true when a voxel that it changed lies behind the surface. */
 bool
-fuseBlock(const FusionView& view, const float corner[3], const RegionClip* clip,
-          std::uint32_t seed, VoxelBlock& block);
+fuseBlock(const FusionView& view, const float corner[3], float farthest,
+          const RegionClip* clip, std::uint32_t seed, VoxelBlock& block);
 
 } // namespace bundle_icp
