@@ -5,6 +5,7 @@
 #include <bundle_icp/common/camera_intrinsics.h>
 #include <bundle_icp/common/pose.h>
 #include <bundle_icp/common/rgbd_frame.h>
+#include <bundle_icp/surface/tsdf_volume.h>
 
 #include <cmath>
 #include <functional>
@@ -32,6 +33,16 @@ smallCamera()
   camera.cx = 159.5;
   camera.cy = 119.5;
   return camera;
+}
+
+/** Voxels as large as this camera's images resolve. */
+inline TSDFOptions
+coarseOptions()
+{
+  TSDFOptions options;
+  options.voxel_size = 0.01;
+  options.truncation = 0.04;
+  return options;
 }
 
 /** Exact depth and colour of a scene. */

@@ -13,15 +13,6 @@ using namespace bundle_icp::test;
 
 namespace {
 
-TSDFOptions
-coarseOptions()
-{
-  TSDFOptions options;
-  options.voxel_size = 0.01;
-  options.truncation = 0.04;
-  return options;
-}
-
 Paint
 plain(int value)
 {

@@ -17,15 +17,6 @@ namespace {
 
 constexpr double radius = 0.3;
 
-TSDFOptions
-coarseOptions()
-{
-  TSDFOptions options;
-  options.voxel_size = 0.01;
-  options.truncation = 0.04;
-  return options;
-}
-
 // A wall 1 m in front of a camera at the origin.
 const Intersection wall = plane({0, 0, 1}, 1.0);
 
