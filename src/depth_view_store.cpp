@@ -31,6 +31,14 @@ DepthViewStore::resize(std::size_t count)
 }
 
 void
+DepthViewStore::clear()
+{
+  depths_ = {};
+  views_.clear();
+  recent_.clear();
+}
+
+void
 DepthViewStore::set(std::size_t index, const cv::Mat& depth)
 {
   depths_[index] = reduceDepth(depth, camera_, reduction_, options_);

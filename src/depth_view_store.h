@@ -23,6 +23,10 @@ public:
   void
   resize(std::size_t count);
 
+  /** Frees all views. */
+  void
+  clear();
+
   /** Reduces a depth image and keeps it as view `index`. Different indices from several
    *  threads at once are fine. */
   void

@@ -130,6 +130,15 @@ PreparedScan::Impl::features(std::size_t frame) const
   return in_graph ? graph_->features(image_of_frame_[frame]) : nodes_[frame].features;
 }
 
+void
+PreparedScan::Impl::release()
+{
+  nodes_.clear();
+  depth_views_.clear();
+  if (graph_)
+    graph_->releaseDescriptors();
+}
+
 PreparedScan::PreparedScan(const RGBDDataset& dataset,
                            const ReconstructionOptions& options)
 {

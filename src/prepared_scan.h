@@ -63,6 +63,10 @@ public:
     return depth_views_;
   }
 
+  /** Frees what no stage after the poses needs; no other reconstruction may follow. */
+  void
+  release();
+
 private:
   /** A stage is run once, be it stopped or not. */
   struct Stage {

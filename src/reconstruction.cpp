@@ -51,10 +51,12 @@ mapperOptions(const ReconstructionOptions& options, bool ordered_in_time)
 /** One run of reconstruct(): its stages in order. */
 class Reconstruction {
 public:
+  /** \param is_last whether no other reconstruction of the scan follows. */
   Reconstruction(PreparedScan& scan,
                  const ReconstructionOptions& options,
-                 const ProgressCallback& progress)
-  : scan_(*scan.impl_), options_(options.withThreads()), progress_(progress)
+                 const ProgressCallback& progress,
+                 bool is_last)
+  : scan_(*scan.impl_), options_(options.withThreads()), progress_(progress), is_last_(is_last)
   {
   }
 
@@ -93,6 +95,7 @@ private:
   PreparedScan::Impl& scan_;
   const ReconstructionOptions options_;
   const ProgressCallback progress_;
+  const bool is_last_;
   ReconstructionResult result_;
 };
 
@@ -262,6 +265,8 @@ Reconstruction::reportFrames(const std::vector<ImageRegistration>& registrations
 bool
 Reconstruction::makeSurface()
 {
+  if (is_last_)
+    scan_.release(); // of a long scan, most of its memory
   if (options_.object) {
     if (!timed("object", [this] { return findObject(); }))
       return false;
@@ -456,7 +461,7 @@ reconstruct(PreparedScan& scan,
   std::string error;
   if (!options.isValid(&error))
     throw pcl::BadArgumentException("reconstruct: " + error);
-  return Reconstruction(scan, options, progress).run();
+  return Reconstruction(scan, options, progress, false).run();
 }
 
 ReconstructionResult
@@ -464,8 +469,8 @@ reconstruct(const RGBDDataset& dataset,
             const ReconstructionOptions& options,
             const ProgressCallback& progress)
 {
-  PreparedScan scan(dataset, options);
-  return reconstruct(scan, options, progress);
+  PreparedScan scan(dataset, options); // checks the options
+  return Reconstruction(scan, options, progress, true).run();
 }
 
 } // namespace bundle_icp

@@ -36,6 +36,7 @@ struct ImageGraph::Impl {
   ImageGraphOptions options;
   Graph graph;
   std::optional<ImageRetrieval> retrieval;
+  bool has_descriptors = true;
 
   std::vector<const Features*>
   allFeatures() const
@@ -182,6 +183,8 @@ ImageGraph::append(std::vector<ImageNode> images,
                    bool ordered_in_time,
                    const ProgressCallback& progress)
 {
+  if (!impl_->has_descriptors)
+    throw pcl::BadArgumentException("ImageGraph: the descriptors were released; no image can be appended");
   Graph& graph = impl_->graph;
   const std::size_t first_new = boost::num_vertices(graph);
   for (ImageNode& image : images) {
@@ -207,6 +210,15 @@ ImageGraph::append(std::vector<ImageNode> images,
   }
   impl_->excludeImages();
   return completed;
+}
+
+void
+ImageGraph::releaseDescriptors()
+{
+  impl_->has_descriptors = false;
+  impl_->retrieval.reset();
+  for (std::size_t i = 0; i < size(); ++i)
+    impl_->graph[i].image.features.descriptors.release();
 }
 
 std::size_t

@@ -4,6 +4,7 @@
 
 #include "common/parallel.h"
 #include "sparse/component_adjustment.h"
+#include "sparse/false_connections.h"
 #include "sparse/frame_motions.h"
 
 #include <pcl/exceptions.h>
@@ -17,6 +18,8 @@ namespace {
 
 /** Images that hold a local adjustment in place. */
 constexpr std::size_t NUM_HELD = 10;
+/** Rounds of growth and correction of a component. */
+constexpr int MAX_CORRECTIONS = 4;
 
 } // namespace
 
@@ -58,6 +61,8 @@ private:
   numberBySize(SparseModel& model) const;
   bool
   initialise(SparseModel& model, int component);
+  bool
+  growKeyImages(SparseModel& model, int component);
   bool
   grow(SparseModel& model, int component, bool keys_only);
   std::vector<std::size_t>
@@ -164,7 +169,7 @@ bool
 IncrementalMapper::Impl::registerComponents(SparseModel& model)
 {
   for (int component = 0; initialise(model, component); ++component) {
-    if (!grow(model, component, true))
+    if (!growKeyImages(model, component))
       return false;
     adjuster_.calibrate(model, component);
     adjuster_.adjustFinally(model, component);
@@ -335,6 +340,23 @@ IncrementalMapper::Impl::grow(SparseModel& model, int component, bool keys_only)
       next_adjustment = double(size) * options_.adjustment_growth;
     }
   }
+}
+
+/** Until no false connection is left among them. */
+bool
+IncrementalMapper::Impl::growKeyImages(SparseModel& model, int component)
+{
+  for (int round = 0; round < MAX_CORRECTIONS; ++round) {
+    if (!grow(model, component, true))
+      return false;
+    if (correctFalseConnections(graph_, component, options_.tracks, options_.num_threads, model) == 0)
+      break;
+    // What was registered from a wrong place is adjusted to the right one, and images that found no
+    // place between the two may find it now.
+    adjuster_.adjustInBetween(model, component);
+    updateVisibilities(model, component);
+  }
+  return true;
 }
 
 /** An adjustment may have changed the tracks of all images. */

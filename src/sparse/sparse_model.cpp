@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <set>
+#include <utility>
 
 namespace bundle_icp {
 
@@ -69,6 +70,20 @@ SparseModel::extendTracks(const ImageGraph& graph, std::size_t image, const Trac
                 {edge.neighbour, is_first ? match.second : match.first},
                 options);
   }
+}
+
+void
+SparseModel::rebuildTracks(const ImageGraph& graph, int component, const TrackOptions& options)
+{
+  for (ScenePoint& point : points_)
+    if (!point.track.empty() && images_[point.track.front().image].component == component)
+      point.track.clear();
+  std::vector<std::size_t> with_tracks;
+  for (const std::size_t image : registeredImages(component))
+    if (!std::exchange(images_[image].points, {}).empty())
+      with_tracks.push_back(image);
+  for (const std::size_t image : with_tracks)
+    extendTracks(graph, image, options);
 }
 
 void

@@ -20,6 +20,21 @@ struct Sample {
 
 using Samples = std::vector<Sample>; ///< of one point
 
+/** The equations grow with the square of a point's samples, what they tell hardly with their number. */
+constexpr std::size_t MAX_SAMPLES = 30;
+
+/** At most MAX_SAMPLES of them, evenly distributed. */
+Samples
+thinned(Samples samples)
+{
+  if (samples.size() <= MAX_SAMPLES)
+    return samples;
+  for (std::size_t k = 0; k < MAX_SAMPLES; ++k)
+    samples[k] = samples[k * samples.size() / MAX_SAMPLES];
+  samples.resize(MAX_SAMPLES);
+  return samples;
+}
+
 /** One channel's samples by point; of one channel, since clipping is. */
 std::vector<Samples>
 samplesOf(const std::vector<ColorObservation>& observations, int channel)
@@ -34,7 +49,7 @@ samplesOf(const std::vector<ColorObservation>& observations, int channel)
   std::vector<Samples> points;
   for (auto& [point, samples] : by_point)
     if (samples.size() > 1)
-      points.push_back(std::move(samples));
+      points.push_back(thinned(std::move(samples)));
   return points;
 }
 

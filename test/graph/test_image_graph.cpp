@@ -194,6 +194,23 @@ TEST(ImageGraph, AnEmptyAppendChangesNothing)
   EXPECT_EQ(graph.numEdges(), 0u);
 }
 
+TEST(ImageGraph, WithoutDescriptorsNothingCanBeAppended)
+{
+  const Landmarks landmarks(100);
+  const std::vector<LandmarkView> views = landmarkViews(landmarks, 3);
+  ImageGraph graph = toGraph(landmarks, views);
+  const std::size_t edges = graph.numEdges();
+  graph.releaseDescriptors();
+  EXPECT_TRUE(graph.features(1).descriptors.empty());
+  EXPECT_EQ(graph.features(1).size(), views[1].features.size());
+  EXPECT_EQ(graph.numEdges(), edges);
+  EXPECT_NE(messageOf<pcl::BadArgumentException>([&] {
+              graph.append(toNodes(views), true);
+            }).find("descriptors were released"),
+            std::string::npos);
+  EXPECT_EQ(graph.size(), 3u);
+}
+
 TEST(ImageGraph, RefusesInvalidOptionsAndCameras)
 {
   const auto message = [](const ImageGraphOptions& options) {

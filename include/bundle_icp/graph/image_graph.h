@@ -52,7 +52,8 @@ struct ImageEdge {
 
 /** The image graph of section 2.1: nodes N_i with their features, edges E_ij with their matches
  *  M_ij where |M_ij| >= M_th (equation 5). Indices count the images in the order in which
- *  they were appended. Const but for append(). */
+ *  they were appended. Const but for append() and
+ *  releaseDescriptors(). */
 class BUNDLE_ICP_EXPORT ImageGraph {
 public:
   /** \throws pcl::BadArgumentException for invalid options or camera. */
@@ -65,11 +66,16 @@ public:
   /** Adds images and matches them with each other and with those already there. Pointers and
    *  references to existing nodes and edges become invalid.
    *  \param ordered_in_time whether close time stamps make two images likely neighbours.
-   *  \return false when `progress` asked to stop: then edges are missing. */
+   *  \return false when `progress` asked to stop: then edges are missing.
+   *  \throws pcl::BadArgumentException after releaseDescriptors(). */
   bool
   append(std::vector<ImageNode> images,
          bool ordered_in_time,
          const ProgressCallback& progress = {});
+
+  /** Frees the descriptors, the largest part of a graph: no more images can be appended. */
+  void
+  releaseDescriptors();
 
   std::size_t
   size() const;

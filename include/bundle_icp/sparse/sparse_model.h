@@ -165,6 +165,10 @@ public:
   void
   extendTracks(const ImageGraph& graph, std::size_t image, const TrackOptions& options);
 
+  /** Gives up the tracks of a component and builds those of all its images that had any anew. */
+  void
+  rebuildTracks(const ImageGraph& graph, int component, const TrackOptions& options);
+
   /** Visibility V of equation (4): features of the image that match a feature of a registered
    *  image of the component which is part of a 3D point. */
   std::size_t
