@@ -8,6 +8,9 @@
 
 #include <algorithm>
 #include <chrono>
+#if defined(__GLIBC__)
+#include <malloc.h>
+#endif
 
 namespace bundle_icp {
 namespace {
@@ -137,6 +140,9 @@ PreparedScan::Impl::release()
   depth_views_.clear();
   if (graph_)
     graph_->releaseDescriptors();
+#if defined(__GLIBC__)
+  malloc_trim(0); // it was allocated by many threads, whose heaps the main one does not use
+#endif
 }
 
 PreparedScan::PreparedScan(const RGBDDataset& dataset,
