@@ -6,8 +6,6 @@
 #include "prepared_scan.h"
 #include "read_in_order.h"
 
-#include <bundle_icp/io/mesh_io.h>
-
 #include <pcl/exceptions.h>
 #include <sys/resource.h>
 
@@ -17,12 +15,6 @@
 
 namespace bundle_icp {
 namespace {
-
-constexpr std::pair<ReconstructionMethod, const char*> METHOD_NAMES[] = {
-    {ReconstructionMethod::F2M_ICP, "f2m_icp"},
-    {ReconstructionMethod::VISUAL_ICP, "visual_icp"},
-    {ReconstructionMethod::RGBD_SFM, "rgbd_sfm"},
-    {ReconstructionMethod::BUNDLE_ICP, "bundle_icp"}};
 
 bool
 isTracking(ReconstructionMethod method)
@@ -371,73 +363,6 @@ Reconstruction::fuseSurface()
   volume.reset(); // before the mesh is copied: neither is small
   result_.mesh = toPolygonMesh(mesh);
   return true;
-}
-
-std::string
-toString(ReconstructionMethod method)
-{
-  for (const auto& [known, name] : METHOD_NAMES)
-    if (known == method)
-      return name;
-  throw pcl::BadArgumentException("toString: no such method");
-}
-
-std::optional<ReconstructionMethod>
-parseReconstructionMethod(const std::string& name)
-{
-  for (const auto& [method, known] : METHOD_NAMES)
-    if (known == name)
-      return method;
-  return std::nullopt;
-}
-
-namespace {
-
-/** The first that writeMesh() does not know, or nothing. */
-std::string
-unknownFormat(const std::vector<std::string>& formats)
-{
-  const std::vector<std::string> known = meshFormats();
-  const auto found = std::find_if(formats.begin(), formats.end(), [&](const std::string& format) {
-    return std::find(known.begin(), known.end(), format) == known.end();
-  });
-  return found == formats.end() ? "" : "'" + *found + "'";
-}
-
-} // namespace
-
-bool
-ReconstructionOptions::isValid(std::string* error) const
-{
-  std::string reason;
-  if (depth_reduction < 1 || depth_reduction > 8)
-    reason = "depth_reduction must lie in 1 ... 8";
-  else if (num_threads < 0)
-    reason = "num_threads must be >= 0";
-  else if (make_mesh && mesh_formats.empty())
-    reason = "mesh_formats is empty";
-  else if (const std::string unknown = unknownFormat(mesh_formats); !unknown.empty())
-    reason = "unknown mesh format " + unknown + "; known are ply, obj and stl";
-  else
-    features.isValid(&reason) && graph.isValid(&reason) && mapper.isValid(&reason) &&
-        tracking.isValid(&reason) && volume.isValid(&reason) && mesh.isValid(&reason) &&
-        (!object || object->isValid(&reason));
-  if (error && !reason.empty())
-    *error = reason;
-  return reason.empty();
-}
-
-ReconstructionOptions
-ReconstructionOptions::withThreads() const
-{
-  ReconstructionOptions options = *this;
-  options.graph.matching.num_threads = num_threads;
-  options.graph.retrieval.num_threads = num_threads;
-  options.mapper.num_threads = num_threads;
-  options.tracking.num_threads = num_threads;
-  options.volume.num_threads = num_threads;
-  options.mesh.num_threads = num_threads;
-  return options;
 }
 
 Trajectory
