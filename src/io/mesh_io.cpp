@@ -111,7 +111,7 @@ append(const void* data, std::size_t size, std::vector<char>& bytes)
 
 void
 appendVertices(const pcl::PCLPointCloud2& cloud, const VertexLayout& layout,
-               std::vector<char>& bytes)
+               std::vector<char>& bytes, std::ostream& file)
 {
   for (std::size_t i = 0; i < std::size_t(cloud.width) * cloud.height; ++i) {
     const std::uint8_t* const vertex = cloud.data.data() + i * cloud.point_step;
@@ -130,11 +130,13 @@ appendVertices(const pcl::PCLPointCloud2& cloud, const VertexLayout& layout,
     for (const int offset : {layout.weight, layout.std_deviation})
       if (offset >= 0)
         append(vertex + offset, 4, bytes);
+    flushWhenLarge(bytes, file);
   }
 }
 
 void
-appendFaces(const std::vector<pcl::Vertices>& polygons, std::vector<char>& bytes)
+appendFaces(const std::vector<pcl::Vertices>& polygons, std::vector<char>& bytes,
+            std::ostream& file)
 {
   for (const pcl::Vertices& polygon : polygons) {
     bytes.push_back(static_cast<char>(polygon.vertices.size()));
@@ -142,30 +144,18 @@ appendFaces(const std::vector<pcl::Vertices>& polygons, std::vector<char>& bytes
       const auto number = static_cast<std::int32_t>(vertex);
       append(&number, sizeof(number), bytes);
     }
+    flushWhenLarge(bytes, file);
   }
 }
 
-std::vector<char>
-encodePLY(const pcl::PolygonMesh& mesh, const VertexLayout& layout)
-{
-  std::vector<char> bytes;
-  const std::string text = header(mesh, layout);
-  bytes.reserve(text.size() + numVertices(mesh) * 35 + mesh.polygons.size() * 13);
-  append(text.data(), text.size(), bytes);
-  appendVertices(mesh.cloud, layout, bytes);
-  appendFaces(mesh.polygons, bytes);
-  return bytes;
-}
-
 void
-writeBytes(const std::string& path, const std::string& temporary_path, const std::vector<char>& bytes)
+encodePLY(const pcl::PolygonMesh& mesh, const VertexLayout& layout, std::ostream& file)
 {
-  std::ofstream file(temporary_path, std::ios::binary);
-  file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  file.close();
-  if (!file)
-    throw pcl::IOException("writeMesh " + path + ": cannot write " + std::to_string(bytes.size()) +
-                           " bytes");
+  file << header(mesh, layout);
+  std::vector<char> bytes;
+  appendVertices(mesh.cloud, layout, bytes, file);
+  appendFaces(mesh.polygons, bytes, file);
+  flush(bytes, file);
 }
 
 /** What pcl::io::saveOBJFile() reads of a cloud, with the fields in the order that it relies on. */
@@ -230,12 +220,15 @@ writeMesh(const std::string& path, const pcl::PolygonMesh& mesh)
   if (format == ".obj")
     checkForOBJ(path, mesh);
   writeAtomically(path, [&](const std::string& temporary_path) {
-    if (format == ".obj")
+    if (format == ".obj") {
       writeOBJ(path, temporary_path, mesh, layout);
-    else
-      writeBytes(path,
-                 temporary_path,
-                 format == ".ply" ? encodePLY(mesh, layout) : encodeSTL(mesh, layout));
+      return;
+    }
+    std::ofstream file(temporary_path, std::ios::binary);
+    (format == ".ply" ? encodePLY : encodeSTL)(mesh, layout, file);
+    file.close();
+    if (!file)
+      throw pcl::IOException("writeMesh " + path + ": cannot write all of it");
   });
 }
 

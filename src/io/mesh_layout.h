@@ -5,6 +5,7 @@
 #include <pcl/PolygonMesh.h>
 
 #include <cstddef>
+#include <ostream>
 #include <vector>
 
 namespace bundle_icp {
@@ -27,9 +28,25 @@ numVertices(const pcl::PolygonMesh& mesh)
   return std::size_t(mesh.cloud.width) * mesh.cloud.height;
 }
 
-/** Content of a binary STL file: an 80 byte header, then 50 bytes a triangle; polygons are cut into
- *  triangles around their first corner. */
-std::vector<char>
-encodeSTL(const pcl::PolygonMesh& mesh, const VertexLayout& layout);
+/** Writes the bytes collected so far and forgets them. */
+inline void
+flush(std::vector<char>& bytes, std::ostream& file)
+{
+  file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  bytes.clear();
+}
+
+/** The same once they are worth it: files of large meshes are not held in memory. */
+inline void
+flushWhenLarge(std::vector<char>& bytes, std::ostream& file)
+{
+  if (bytes.size() >= std::size_t(1) << 20)
+    flush(bytes, file);
+}
+
+/** Binary STL: an 80 byte header, then 50 bytes a triangle; polygons are cut into triangles around
+ *  their first corner. */
+void
+encodeSTL(const pcl::PolygonMesh& mesh, const VertexLayout& layout, std::ostream& file);
 
 } // namespace bundle_icp

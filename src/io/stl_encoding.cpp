@@ -4,8 +4,10 @@
 
 #include <Eigen/Geometry>
 
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
+#include <string>
 
 namespace bundle_icp {
 namespace {
@@ -30,8 +32,8 @@ append(const Eigen::Vector3f& vector, std::vector<char>& bytes)
 
 } // namespace
 
-std::vector<char>
-encodeSTL(const pcl::PolygonMesh& mesh, const VertexLayout& layout)
+void
+encodeSTL(const pcl::PolygonMesh& mesh, const VertexLayout& layout, std::ostream& file)
 {
   const auto place = [&](std::size_t vertex) {
     Eigen::Vector3f point;
@@ -48,7 +50,6 @@ encodeSTL(const pcl::PolygonMesh& mesh, const VertexLayout& layout)
   std::string header = "binary STL, metres";
   header.resize(80, ' ');
   std::vector<char> bytes(header.begin(), header.end());
-  bytes.reserve(84 + 50 * std::size_t(triangles));
   append(triangles, bytes);
   for (const pcl::Vertices& polygon : mesh.polygons)
     for (std::size_t i = 2; i < polygon.vertices.size(); ++i) {
@@ -58,8 +59,9 @@ encodeSTL(const pcl::PolygonMesh& mesh, const VertexLayout& layout)
       for (const Eigen::Vector3f& corner : {a, b, c})
         append(corner, bytes);
       bytes.insert(bytes.end(), 2, 0); // attributes
+      flushWhenLarge(bytes, file);
     }
-  return bytes;
+  flush(bytes, file);
 }
 
 } // namespace bundle_icp
