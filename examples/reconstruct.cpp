@@ -73,14 +73,11 @@ parseRegion(const std::string& text)
   return box;
 }
 
-po::options_description
-describe(Arguments& arguments)
+/** The surface, and the mesh that is made of it. */
+void
+describeSurface(ReconstructionOptions& options, po::options_description& run)
 {
-  ReconstructionOptions& options = arguments.reconstruction;
-  po::options_description run("Reconstruction");
-  run.add_options()("output,o",
-                    po::value(&arguments.output)->value_name("OUT"),
-                    "folder for the results, made if needed (required)")(
+  run.add_options()(
       "voxel-size",
       po::value(&options.volume.voxel_size)->value_name("M")->default_value(0.005, "0.005"),
       "edge of a voxel of the surface [m]")(
@@ -116,7 +113,19 @@ describe(Arguments& arguments)
       "decimate-error",
       po::value(&options.mesh.decimation.max_error)->value_name("M")->default_value(0),
       "edges are collapsed as long as no vertex of the mesh before is farther than this from the one "
-      "after [m]; 0 = no limit")(
+      "after [m]; 0 = no limit");
+}
+
+po::options_description
+describe(Arguments& arguments)
+{
+  ReconstructionOptions& options = arguments.reconstruction;
+  po::options_description run("Reconstruction");
+  run.add_options()("output,o",
+                    po::value(&arguments.output)->value_name("OUT"),
+                    "folder for the results, made if needed (required)");
+  describeSurface(options, run);
+  run.add_options()(
       "method",
       po::value(&arguments.method)->value_name("NAME")->default_value("bundle_icp"),
       "how poses are estimated: bundle_icp, or one that it is compared with: rgbd_sfm (structure from "
