@@ -5,7 +5,9 @@
 //
 //   bundle_icp_benchmark_surface [options of Google Benchmark] SCAN...
 //
-// With --benchmark_repetitions=N, least_ms_per_frame takes each frame's least time of N fusions.
+// With --benchmark_repetitions=N, least_ms_per_frame of the last repetition takes each
+// frame's least time of all N.
+//
 // Each SCAN is a recording with true poses.
 #include <bundle_icp/io/rgbd_dataset.h>
 #include <bundle_icp/surface/tsdf_marching_cubes.h>
@@ -39,8 +41,8 @@ poseAt(const Trajectory& trajectory, double timestamp)
       ->world_from_camera;
 }
 
-// One iteration is the whole recording; only the fusion of each frame is timed, in seconds, not the
-// reading.
+// One iteration is the whole recording; only the fusion of each frame is timed, in
+// seconds, not the reading.
 std::shared_ptr<TSDFVolume>
 fuse(const RGBDDataset& dataset, std::vector<double>& seconds)
 {
@@ -58,10 +60,11 @@ fuse(const RGBDDataset& dataset, std::vector<double>& seconds)
   return volume;
 }
 
-// Each frame's least time of all repetitions is in `least`: what it takes where others use the
-// machine for part of the time.
+// Each frame's least time of all repetitions is in `least`: what it takes where others
+// use the machine for part of the time.
 void
-integrate(benchmark::State& state, const RGBDDataset::ConstPtr& dataset, std::vector<double>& least)
+integrate(benchmark::State& state, const RGBDDataset::ConstPtr& dataset,
+          std::vector<double>& least)
 {
   const auto sum = [](const std::vector<double>& times) {
     return std::accumulate(times.begin(), times.end(), 0.0);
@@ -118,9 +121,12 @@ registerScan(const std::string& path)
         ->MeasureProcessCPUTime();
   };
   const auto least = std::make_shared<std::vector<double>>();
-  add("integrate", [least](benchmark::State& state, const RGBDDataset::ConstPtr& scan) {
-    integrate(state, scan, *least);
-  })->UseManualTime()->Iterations(1);
+  add("integrate",
+      [least](benchmark::State& state, const RGBDDataset::ConstPtr& scan) {
+        integrate(state, scan, *least);
+      })
+      ->UseManualTime()
+      ->Iterations(1);
   add("extractSurface", march)->UseRealTime();
   add("TSDFMarchingCubes", reconstructMesh)->UseRealTime();
 }
