@@ -99,6 +99,12 @@ describeSurface(ReconstructionOptions& options, po::options_description& run)
       "mesh-format",
       po::value<std::string>()->value_name("LIST")->default_value("ply"),
       "files of the mesh, of ply,obj,stl")(
+      "smooth",
+      po::value(&options.mesh.smoothing.iterations)
+          ->value_name("N")
+          ->default_value(options.mesh.smoothing.iterations),
+      "times that noise is taken off the mesh: vertices move towards the surface of their neighbours, "
+      "steps that the measurements tell from noise stay; 0 = not")(
       "min-component",
       po::value(&options.mesh.cleaning.min_component_area)
           ->value_name("M2")

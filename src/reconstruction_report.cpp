@@ -75,6 +75,7 @@ toJson(const ReconstructionOptions& options)
             {"mesh", options.make_mesh},
             {"voxel_size", options.volume.voxel_size},
             {"truncation", options.volume.truncation},
+            {"smooth", options.mesh.smoothing.iterations},
             {"min_component", options.mesh.cleaning.min_component_area},
             {"fill_holes", options.mesh.cleaning.max_hole_perimeter},
             {"decimate", options.mesh.decimation.max_triangles},

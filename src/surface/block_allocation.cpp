@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "surface/block_allocation.h"
+#include "surface/voxel_fusion.h"
 
 #include <algorithm>
 #include <array>
@@ -162,7 +163,7 @@ patchBlocks(const DepthSamples& samples, int u0, int v0, const Pose& blocks_from
       const double z = samples.depth[pixel];
       const Eigen::Vector3d ray = rotation * camera.unproject(u, v, 1);
       walkSegment(origin + (z - options.truncation) * ray,
-                  origin + (z + options.truncation) * ray, limits, keys);
+                  origin + (z + reachBehind(options, z)) * ray, limits, keys);
     }
   std::vector<std::uint64_t> found = keys.take();
   found.erase(std::remove_if(found.begin(), found.end(),
@@ -230,8 +231,7 @@ public:
   VisibilityTest(const DepthSamples& samples, const Pose& camera_from_world,
                  const TSDFOptions& options)
       : camera_(samples.camera), ranges_(samples), camera_from_world_(camera_from_world),
-        block_size_(options.voxel_size * block_edge), near_(options.min_depth),
-        truncation_(options.truncation)
+        options_(options), block_size_(options.voxel_size * block_edge)
   {
     // The outermost voxels, as seen from the first.
     const Eigen::Matrix3d edges =
@@ -248,19 +248,19 @@ public:
     const Corners corners =
         corners_.colwise() + camera_from_world_ * (block.cast<double>() * block_size_);
     const double nearest = corners.row(2).minCoeff(), farthest = corners.row(2).maxCoeff();
-    if (farthest < near_)
+    if (farthest < options_.min_depth)
       return 0;
     Eigen::AlignedBox2d seen(Eigen::Vector2d(0, 0),
                              Eigen::Vector2d(camera_.width - 1, camera_.height - 1));
-    if (nearest >= near_) // else it may cover the whole image
+    if (nearest >= options_.min_depth) // else it may cover the whole image
       seen.clamp(outline(corners));
     if (seen.isEmpty())
       return 0;
     const Eigen::Array2i first = tileOf(seen.min()), last = tileOf(seen.max());
     const Eigen::Vector2f range = ranges_.over(first.x(), first.y(), last.x(), last.y());
-    const float reach = range.y() + static_cast<float>(truncation_);
+    const float reach = range.y() + static_cast<float>(reachBehind(options_, range.y()));
     const bool reaches =
-        reach > nearest && (free_space_matters || range.x() - truncation_ < farthest);
+        reach > nearest && (free_space_matters || range.x() - options_.truncation < farthest);
     return reaches ? reach : 0;
   }
 
@@ -288,7 +288,8 @@ private:
   CameraIntrinsics camera_;
   DepthRanges ranges_;
   Pose camera_from_world_;
-  double block_size_, near_, truncation_;
+  const TSDFOptions& options_;
+  double block_size_;
   Corners corners_;
 };
 

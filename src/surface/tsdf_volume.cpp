@@ -93,6 +93,7 @@ makeView(const DepthSamples& samples, const Pose& camera_from_world,
     for (int i = 0; i < 3; ++i)
       view.step[axis][i] =
           static_cast<float>(camera_from_world.linear()(i, axis) * options.voxel_size);
+  view.voxel_size = static_cast<float>(options.voxel_size);
   view.truncation = static_cast<float>(options.truncation);
   view.min_depth = static_cast<float>(options.min_depth);
   view.constant = static_cast<float>(options.noise.constant);

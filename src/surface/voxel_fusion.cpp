@@ -49,14 +49,31 @@ project(const FusionView& view, const float corner[3], Row& row)
   row.v = row.update ? v : 0.0f;
 }
 
-// Keeps the voxels in front of the surface and those in its truncation band.
+BUNDLE_ICP_INLINE Floats
+noiseAt(const FusionView& view, Floats z)
+{
+  const Floats dz = z - view.offset;
+  return view.constant + view.quadratic * dz * dz;
+}
+
+// Share of its weight that a measurement has in a voxel; `ahead` is in truncations. See
+// reachBehind().
+BUNDLE_ICP_INLINE Floats
+shareBehind(const FusionView& view, Floats z, Floats ahead)
+{
+  const Floats margin = ahead * view.truncation + view.voxel_size + noiseAt(view, z);
+  return smaller(Floats{} + 1, 1 + margin * (1 / (fall_off_voxels * view.voxel_size)));
+}
+
+// Keeps the voxels in front of the surface and those behind it that the measurement reaches.
 BUNDLE_ICP_INLINE void
 lookUpNearest(const FusionView& view, Row& row)
 {
   row.nearest = truncated(row.v + 0.5f) * view.width + truncated(row.u + 0.5f);
   const Floats measured = gather<Floats>(view.depth, row.nearest);
   row.ahead = (measured - row.z) * (1 / view.truncation);
-  row.update &= (measured > 0) & (row.ahead > -1);
+  row.update &=
+      (measured > 0) & (row.ahead > -1) & (shareBehind(view, row.z, row.ahead) > 0);
 }
 
 // Depth between the four pixels where they belong to one surface, else that of the
@@ -71,9 +88,7 @@ interpolateDepth(const FusionView& view, Row& row)
   gatherPairs(view.depth + view.width, row.pixel, d10, d11);
   const Floats low = smaller(smaller(d00, d01), smaller(d10, d11));
   const Floats high = larger(larger(d00, d01), larger(d10, d11));
-  const Floats dz = high - view.offset;
-  const Floats limit =
-      4.2f * (view.constant + view.quadratic * dz * dz) + high * (4 / view.fx);
+  const Floats limit = 4.2f * noiseAt(view, high) + high * (4 / view.fx);
   const Ints one_surface = (low > 0) & (high - low < limit);
   const Floats fu = row.u - __builtin_convertvector(u0, Floats);
   const Floats fv = row.v - __builtin_convertvector(v0, Floats);
@@ -89,10 +104,8 @@ interpolateDepth(const FusionView& view, Row& row)
 BUNDLE_ICP_INLINE void
 weigh(const FusionView& view, Row& row)
 {
-  const Floats one = Floats{} + 1;
-  // Behind the surface the weight falls off, so that a thin object's far side survives.
   row.weight =
-      gather<Floats>(view.weight, row.nearest) * smaller(one, (row.ahead + 1) * 1.25f);
+      gather<Floats>(view.weight, row.nearest) * shareBehind(view, row.z, row.ahead);
   row.update &= row.weight > 0;
 }
 

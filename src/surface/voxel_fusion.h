@@ -5,6 +5,10 @@
 #include "surface/depth_samples.h"
 #include "surface/voxel_blocks.h"
 
+#include <bundle_icp/surface/tsdf_volume.h>
+
+#include <algorithm>
+
 namespace bundle_icp {
 
 /** What all voxels of one frame share. Single precision, because positions are relative
@@ -18,9 +22,20 @@ struct FusionView {
   int width, height;
   float fx, fy, cx, cy;
   float step[3][3]; ///< camera frame: one voxel along x, y, z of the world [m]
-  float truncation, min_depth;
+  float voxel_size, truncation, min_depth;
   float constant, quadratic, offset; ///< DepthNoise
 };
+
+/** Behind the surface the weight of a measurement falls to zero over so many voxels. */
+constexpr float fall_off_voxels = 2;
+
+/** How far behind a surface at depth z voxels take part [m]: in full for one voxel and the noise. */
+inline double
+reachBehind(const TSDFOptions& options, double z)
+{
+  return std::min(options.truncation,
+                  (1 + fall_off_voxels) * options.voxel_size + options.noise.sigma(z));
+}
 
 /** The part of a block that lies in the volume's region, in the frame of that box. */
 struct RegionClip {

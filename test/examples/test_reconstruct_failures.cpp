@@ -241,6 +241,7 @@ TEST_F(ReconstructFailure, WrongUsage)
   EXPECT_CONTAINS(misuse({"--mesh-format", "ply,dae"}), "unknown mesh format 'dae'");
   EXPECT_CONTAINS(misuse({"--fill-holes", "-1"}), "max_hole_perimeter -1");
   EXPECT_CONTAINS(misuse({"--decimate-error", "-1"}), "max_error -1");
+  EXPECT_CONTAINS(misuse({"--smooth", "-1"}), "iterations -1");
   EXPECT_CONTAINS(misuse({"--min-component", "-1"}), "min_component_area -1");
   EXPECT_CONTAINS(misuse({"--roi", "1,0,0,0,1,1"}), "with x0 < x1");
   EXPECT_CONTAINS(misuse({"--roi", "0,0,0,1,1,nan"}), "--roi");

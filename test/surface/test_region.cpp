@@ -74,7 +74,8 @@ TEST(Region, EndsTheSurfaceWithinAVoxelOfItsFaces)
     ASSERT_GT(mesh.vertices.size(), 1000u);
     const Eigen::Vector3d reach = reachIn(box, mesh), half = 0.5 * box.size;
     for (int axis = 0; axis < 2; ++axis) {
-      EXPECT_LE(reach[axis], half[axis] + 1e-5);
+      // Smoothing moves vertices by much less than a voxel.
+      EXPECT_LE(reach[axis], half[axis] + 0.05 * voxel);
       // The corner of a cell that a turned box keeps is up to a diagonal away.
       EXPECT_GT(reach[axis], half[axis] - 1.8 * voxel);
     }

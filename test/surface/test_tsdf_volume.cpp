@@ -81,7 +81,7 @@ TEST(TSDFVolume, SphereIsZeroOnItsSurfaceAndPositiveOutside)
                                       std::sin(a) * std::cos(b), std::sin(b));
       const auto on = volume.distance((radius * direction).cast<float>());
       const auto outside = volume.distance(((radius + 0.02) * direction).cast<float>());
-      const auto inside = volume.distance(((radius - 0.015) * direction).cast<float>());
+      const auto inside = volume.distance(((radius - 0.01) * direction).cast<float>());
       ASSERT_TRUE(on && outside && inside);
       EXPECT_LT(std::abs(*on), half_voxel);
       EXPECT_GT(*outside, 0.01);

@@ -4,6 +4,7 @@
 
 #include <bundle_icp/surface/mesh_cleaning.h>
 #include <bundle_icp/surface/mesh_decimation.h>
+#include <bundle_icp/surface/mesh_smoothing.h>
 #include <bundle_icp/surface/surface_mesh.h>
 #include <bundle_icp/surface/tsdf_volume.h>
 
@@ -11,18 +12,19 @@
 
 namespace bundle_icp {
 
-/** Which surface of a volume is taken, and how it is cleaned. */
+/** Which surface of a volume is taken, and how it is smoothed and cleaned. */
 struct BUNDLE_ICP_EXPORT MeshOptions {
-  /** Weight that a voxel needs to take part, > 0; 1 = a frontal measurement at 1 m, 0.002
-   *  = one at 5 m. Raise it to drop what few or poor measurements saw, lower it for
+  /** Weight that a voxel needs to take part, > 0; 1 = a frontal measurement at 1 m, 0.001
+   *  = one at 5 m, slanted by 60 degrees. Raise it to drop what few or poor measurements saw, lower it for
    *  scans from far away. */
-  double min_weight = 0.002;
+  double min_weight = 0.001;
   /** Connected components with fewer triangles are removed; 0 = none. What it means depends on
    *  the voxel size, unlike MeshCleaningOptions::min_component_area. */
   std::size_t min_component_triangles = 0;
   /** Distance at which the surface is taken, in truncations, from 0 (the surface) to
    *  below 1 (in front of it): what pcl::MarchingCubes calls the iso level. */
   double iso_level = 0;
+  MeshSmoothingOptions smoothing;   ///< of noise; its num_threads gives way to the one below
   MeshCleaningOptions cleaning;     ///< small components, holes
   MeshDecimationOptions decimation; ///< fewer triangles
   int num_threads = 0;              ///< 0 = all
@@ -38,20 +40,21 @@ struct MeshReport {
   MeshDecimationResult decimation;
 };
 
-/** Marching cubes over the blocks of a volume, then cleaning and decimation.
+/** Marching cubes over the blocks of a volume, then smoothing, cleaning and decimation.
  *
- *  Every vertex lies strictly inside one edge of the voxel grid and is shared by all
+ *  Every vertex comes from strictly inside one edge of the voxel grid and is shared by all
  *  triangles around it, so that no two coincide and no triangle has zero area. The mesh
  *  is closed where all voxels around the surface have been observed. The result is the
  *  same, order included, for any number of threads. Vertices without colour are grey.
  *
  *  The standard deviation of a vertex is what depth noise leaves after fusion:
- *    sigma(1 m) sqrt(s / W) / |grad D|
+ *    r sigma(1 m) sqrt(s / W) / |grad D|
  *  with the noise of TSDFOptions, the vertex' weight W, the gradient of the distance D, which
  *  turns a distance along the optical axis into one along the normal, and the share s of the
- *  variance that smoothing leaves, which depends on TSDFOptions::smoothing_radius. It is too large
- *  by a factor of up to 1.5 on frontal surfaces and too small by as much on surfaces slanted by 40
- *  degrees, of which less is smoothed. That is of noise alone: errors of poses and calibration,
+ *  variance that smoothing of depth leaves, which depends on TSDFOptions::smoothing_radius, and r of
+ *  the deviation that MeshOptions::smoothing leaves. It is too large by a factor of up to 2 on near
+ *  surfaces and too small by up to 1.4 on far ones, whose noise spreads over more of the mesh. That
+ *  is of noise alone: errors of poses and calibration,
  *  flying pixels at outlines and the rounding of edges come on top.
  *  \throws pcl::BadArgumentException for invalid options. */
 BUNDLE_ICP_EXPORT SurfaceMesh

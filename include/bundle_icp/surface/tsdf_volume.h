@@ -31,8 +31,9 @@ struct BUNDLE_ICP_EXPORT TSDFOptions {
   DepthNoise
       noise; ///< gives each measurement its weight, and depth edges their threshold
   /** Depth images are smoothed within surfaces before they are fused, over a window of this
-   *  half size [px], 0 to 10, rounded up to 2, 6 or 14; 0 = not. Far surfaces gain most. */
-  int smoothing_radius = 6;
+   *  half size [px], 0 to 10, rounded up to 2, 6 or 14; 0 = not. Far surfaces gain most; steps
+   *  that the noise of one image hides are lost, which all images together would show. */
+  int smoothing_radius = 2;
   int num_threads = 0; ///< 0 = all
 
   /** True when every field is in its range; otherwise `error` says which is not. */
@@ -64,7 +65,10 @@ struct BUNDLE_ICP_EXPORT ColorCorrection {
  *
  *  Weights are 1 for a frontal measurement at 1 m and follow 1 / sigma(z)^2, the
  *  viewing angle and the distance to the depth edge. Colours from within two pixels of a
- *  depth edge hardly count. Blocks are allocated where a measurement's truncation band
+ *  depth edge hardly count. Behind the surface a measurement counts in full as far as the grid
+ *  and noise can displace it, by a voxel and sigma(z), and not at all two voxels farther, or
+ *  mu: what lies there was not seen, and must not weigh against those who saw free
+ *  space. Blocks are allocated where a measurement's truncation band
  *  runs; free space in front of it is carved out of the blocks that exist.
  *
  *  \code
