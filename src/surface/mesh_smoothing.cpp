@@ -132,7 +132,7 @@ private:
 };
 
 /** What is left of standard deviations, measured on planes with noise of which half is shared by
- *  neighbouring pixels: 0.4 to 0.8 after five iterations, the least where an edge of the mesh is
+ *  neighbouring pixels: 0.4 to 0.8 after five iterations, the less where an edge of the mesh is
  *  some pixels long, and hardly less after more. */
 float
 remainingDeviation(int iterations)

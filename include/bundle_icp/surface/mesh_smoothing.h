@@ -12,7 +12,7 @@ namespace bundle_icp {
 struct BUNDLE_ICP_EXPORT MeshSmoothingOptions {
   /** Each lets vertices move towards what their neighbours say, 0 (the mesh stays as it is) to
    *  1000. What is smoothed is about sqrt(iterations) edges wide. */
-  int iterations = 5;
+  int iterations = 2;
   int num_threads = 0; ///< 0 = all
 
   /** True when every field is in its range; otherwise `error` says which is not. */

@@ -33,7 +33,7 @@ struct BUNDLE_ICP_EXPORT TSDFOptions {
   /** Depth images are smoothed within surfaces before they are fused, over a window of this
    *  half size [px], 0 to 10, rounded up to 2, 6 or 14; 0 = not. Far surfaces gain most; steps
    *  that the noise of one image hides are lost, which all images together would show. */
-  int smoothing_radius = 2;
+  int smoothing_radius = 6;
   int num_threads = 0; ///< 0 = all
 
   /** True when every field is in its range; otherwise `error` says which is not. */
