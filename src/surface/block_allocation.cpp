@@ -163,7 +163,7 @@ patchBlocks(const DepthSamples& samples, int u0, int v0, const Pose& blocks_from
       const double z = samples.depth[pixel];
       const Eigen::Vector3d ray = rotation * camera.unproject(u, v, 1);
       walkSegment(origin + (z - options.truncation) * ray,
-                  origin + (z + reachBehind(options, z)) * ray, limits, keys);
+                  origin + (z + options.truncation) * ray, limits, keys);
     }
   std::vector<std::uint64_t> found = keys.take();
   found.erase(std::remove_if(found.begin(), found.end(),

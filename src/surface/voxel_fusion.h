@@ -26,8 +26,9 @@ struct FusionView {
   float constant, quadratic, offset; ///< DepthNoise
 };
 
-/** Behind the surface the weight of a measurement falls to zero over so many voxels. */
-constexpr float fall_off_voxels = 2;
+/** Behind the surface the weight of a measurement falls to zero over so many voxels: enough for a
+ *  surface slanted by 75 degrees, whose cells reach far behind it along the optical axis. */
+constexpr float fall_off_voxels = 4;
 
 /** How far behind a surface at depth z voxels take part [m]: in full for one voxel and the noise. */
 inline double

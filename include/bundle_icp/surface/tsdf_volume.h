@@ -66,7 +66,7 @@ struct BUNDLE_ICP_EXPORT ColorCorrection {
  *  Weights are 1 for a frontal measurement at 1 m and follow 1 / sigma(z)^2, the
  *  viewing angle and the distance to the depth edge. Colours from within two pixels of a
  *  depth edge hardly count. Behind the surface a measurement counts in full as far as the grid
- *  and noise can displace it, by a voxel and sigma(z), and not at all two voxels farther, or
+ *  and noise can displace it, by a voxel and sigma(z), and not at all four voxels farther, or
  *  mu: what lies there was not seen, and must not weigh against those who saw free
  *  space. Blocks are allocated where a measurement's truncation band
  *  runs; free space in front of it is carved out of the blocks that exist.
