@@ -16,8 +16,7 @@ cmake -S . -B build/release "${options[@]}" -DCMAKE_BUILD_TYPE=Release \
 cmake --build build/release --parallel "$(nproc)"
 ctest --test-dir build/release --parallel 2 --output-on-failure
 
-# PCL's and OpenCV's dependencies keep some memory until the end: leaks are not looked for. Set
-# before the build, which runs the test programs to list their tests.
+# PCL's and OpenCV's dependencies keep some memory until the end: leaks are not looked for.
 export ASAN_OPTIONS=detect_leaks=0 UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1
 # -O1 keeps the instrumented code quick to compile and to run; without -DNDEBUG, as it is here,
 # Eigen checks its indices and alignment as well. Of the unit tests only: the tests of the programs

@@ -24,8 +24,8 @@ cmake -S . -B build/thread -G Ninja -DCMAKE_C_COMPILER=clang -DCMAKE_CXX_COMPILE
   -DCMAKE_BUILD_TYPE=RelWithDebInfo -DCMAKE_CXX_FLAGS_RELWITHDEBINFO="-O1 -g1" \
   -DBUNDLE_ICP_SANITIZE=thread -DBUNDLE_ICP_BUILD_EXAMPLES=OFF "${launcher[@]}"
 
-# Set before the build, which runs the test programs to list their tests. Libraries that were built
-# without ThreadSanitizer, as PCL and OpenCV are, synchronise in ways that it cannot see.
+# Libraries that were built without ThreadSanitizer, as PCL and OpenCV are, synchronise in ways that
+# it cannot see.
 export OMP_TOOL_LIBRARIES=$archer
 export TSAN_OPTIONS="ignore_noninstrumented_modules=1 report_mutex_bugs=0 ${TSAN_OPTIONS:-}"
 steps=(graph registration surface sparse tracking simulation)
