@@ -72,8 +72,17 @@ checkPose(const Pose& world_from_camera, const TSDFOptions& options)
            " m can be addressed");
 }
 
+// To (u, v, 1) times depth.
+Eigen::Affine3d
+imageFromWorld(const CameraIntrinsics& camera, const Pose& camera_from_world)
+{
+  Eigen::Affine3d camera_matrix = Eigen::Affine3d::Identity();
+  camera_matrix.linear() << camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1;
+  return camera_matrix * camera_from_world;
+}
+
 FusionView
-makeView(const DepthSamples& samples, const Pose& camera_from_world,
+makeView(const DepthSamples& samples, const Eigen::Matrix3d& image_from_world,
          const TSDFOptions& options, const ColorCorrection& correction)
 {
   FusionView view{};
@@ -86,15 +95,12 @@ makeView(const DepthSamples& samples, const Pose& camera_from_world,
   view.width = samples.camera.width;
   view.height = samples.camera.height;
   view.fx = static_cast<float>(samples.camera.fx);
-  view.fy = static_cast<float>(samples.camera.fy);
-  view.cx = static_cast<float>(samples.camera.cx);
-  view.cy = static_cast<float>(samples.camera.cy);
   for (int axis = 0; axis < 3; ++axis)
     for (int i = 0; i < 3; ++i)
-      view.step[axis][i] =
-          static_cast<float>(camera_from_world.linear()(i, axis) * options.voxel_size);
+      view.step[axis][i] = static_cast<float>(image_from_world(i, axis) * options.voxel_size);
   view.voxel_size = static_cast<float>(options.voxel_size);
   view.truncation = static_cast<float>(options.truncation);
+  view.inverse_truncation = 1 / view.truncation;
   view.min_depth = static_cast<float>(options.min_depth);
   view.constant = static_cast<float>(options.noise.constant);
   view.quadratic = static_cast<float>(options.noise.quadratic);
@@ -233,7 +239,8 @@ TSDFVolume::integrate(const RGBDFrame& frame, const CameraIntrinsics& camera,
   const std::vector<VisibleBlock> visible =
       findVisibleBlocks(blocks, samples, camera_from_world, options, num_threads);
 
-  const FusionView view = makeView(samples, camera_from_world, options, correction);
+  const Eigen::Affine3d image_from_world = imageFromWorld(camera, camera_from_world);
+  const FusionView view = makeView(samples, image_from_world.linear(), options, correction);
   const RegionTest region(options);
   const double block_size = options.voxel_size * block_edge;
   const std::uint32_t frame_number = impl_->num_frames++;
@@ -242,9 +249,9 @@ TSDFVolume::integrate(const RGBDFrame& frame, const CameraIntrinsics& camera,
     const std::uint32_t block = visible[i].number;
     const Eigen::Vector3i coordinates = blocks.coordinatesOf(block);
     const Eigen::Vector3d corner = coordinates.cast<double>() * block_size;
-    const Eigen::Vector3f in_camera = (camera_from_world * corner).cast<float>();
+    const Eigen::Vector3f in_image = (image_from_world * corner).cast<float>();
     const std::optional<RegionClip> clip = region.clip(corner);
-    if (fuseBlock(view, in_camera.data(), visible[i].farthest, clip ? &*clip : nullptr,
+    if (fuseBlock(view, in_image.data(), visible[i].farthest, clip ? &*clip : nullptr,
                   roundingSeed(coordinates, frame_number), blocks[block]))
       blocks.setMayHoldSurface(block);
   }

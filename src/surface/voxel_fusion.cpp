@@ -3,6 +3,8 @@
 #include "surface/voxel_fusion.h"
 #include "surface/simd.h"
 
+#include <algorithm>
+
 // One row of a block is one vector: eight voxels, one step for all of them.
 namespace bundle_icp {
 namespace {
@@ -32,27 +34,64 @@ truncated(Floats values)
   return __builtin_convertvector(values, Ints);
 }
 
-BUNDLE_ICP_INLINE void
-project(const FusionView& view, const float corner[3], Row& row)
+// Positions as FusionView::step has them.
+struct Positions {
+  Floats x, y, z;
+};
+
+// Mask of the positions that the image shows, `margin` pixels from its borders, and where.
+BUNDLE_ICP_INLINE Ints
+project(const FusionView& view, const Positions& at, float margin, Floats& u, Floats& v)
 {
-  const Floats x = corner[0] + lane_number * view.step[0][0];
-  const Floats y = corner[1] + lane_number * view.step[0][1];
-  const Floats z = corner[2] + lane_number * view.step[0][2];
-  const Floats inverse = 1 / larger(z, Floats{} + view.min_depth);
-  const Floats u = view.fx * x * inverse + view.cx;
-  const Floats v = view.fy * y * inverse + view.cy;
-  row.update = (z > view.min_depth) & (u >= 0) & (v >= 0) &
-               (u < static_cast<float>(view.width - 1)) &
-               (v < static_cast<float>(view.height - 1));
-  row.z = z;
-  row.u = row.update ? u : 0.0f;
-  row.v = row.update ? v : 0.0f;
+  const Floats inverse = 1 / larger(at.z, Floats{} + view.min_depth);
+  u = at.x * inverse;
+  v = at.y * inverse;
+  return (at.z > view.min_depth) & (u >= margin) & (v >= margin) &
+         (u < static_cast<float>(view.width - 1) - margin) &
+         (v < static_cast<float>(view.height - 1) - margin);
 }
 
-BUNDLE_ICP_INLINE Floats
-noiseAt(const FusionView& view, Floats z)
+// Whether the image shows all of a block: as it is convex, whether it shows its corners.
+BUNDLE_ICP_INLINE bool
+showsAll(const FusionView& view, const float corner[3])
 {
-  const Floats dz = z - view.offset;
+  constexpr float margin = 0.01f; // more than positions within the block are rounded [px]
+  constexpr float edge = block_edge - 1;
+  constexpr Floats right = {0, edge, 0, edge, 0, edge, 0, edge};
+  constexpr Floats down = {0, 0, edge, edge, 0, 0, edge, edge};
+  constexpr Floats back = {0, 0, 0, 0, edge, edge, edge, edge};
+  const auto along = [&](int axis) {
+    return corner[axis] + right * view.step[0][axis] + down * view.step[1][axis] +
+           back * view.step[2][axis];
+  };
+  Floats u, v;
+  return !any(~project(view, {along(0), along(1), along(2)}, margin, u, v));
+}
+
+template <bool all_shown>
+BUNDLE_ICP_INLINE void
+projectRow(const FusionView& view, const Positions& at, Row& row)
+{
+  row.z = at.z;
+  if constexpr (all_shown) {
+    const Floats inverse = 1 / at.z;
+    row.u = at.x * inverse;
+    row.v = at.y * inverse;
+    row.update = Ints{} - 1;
+  }
+  else {
+    Floats u, v;
+    row.update = project(view, at, 0, u, v);
+    row.u = row.update ? u : 0.0f;
+    row.v = row.update ? v : 0.0f;
+  }
+}
+
+template <typename Depth>
+BUNDLE_ICP_INLINE Depth
+noiseAt(const FusionView& view, Depth z)
+{
+  const Depth dz = z - view.offset;
   return view.constant + view.quadratic * dz * dz;
 }
 
@@ -65,15 +104,23 @@ shareBehind(const FusionView& view, Floats z, Floats ahead)
   return smaller(Floats{} + 1, 1 + margin * (1 / (fall_off_voxels * view.voxel_size)));
 }
 
-// Keeps the voxels in front of the surface and those behind it that the measurement reaches.
+// At most so far behind a surface voxels up to the depth `farthest` take part, in truncations.
+BUNDLE_ICP_INLINE float
+largestReach(const FusionView& view, float farthest)
+{
+  const float noise = std::max(noiseAt(view, view.min_depth), noiseAt(view, farthest));
+  const float behind = (1 + fall_off_voxels) * view.voxel_size + noise;
+  return std::min(1.0f, behind * view.inverse_truncation);
+}
+
+// Keeps the voxels in front of the surface and those at most `reach` behind it.
 BUNDLE_ICP_INLINE void
-lookUpNearest(const FusionView& view, Row& row)
+lookUpNearest(const FusionView& view, float reach, Row& row)
 {
   row.nearest = truncated(row.v + 0.5f) * view.width + truncated(row.u + 0.5f);
   const Floats measured = gather<Floats>(view.depth, row.nearest);
-  row.ahead = (measured - row.z) * (1 / view.truncation);
-  row.update &=
-      (measured > 0) & (row.ahead > -1) & (shareBehind(view, row.z, row.ahead) > 0);
+  row.ahead = (measured - row.z) * view.inverse_truncation;
+  row.update &= (measured > 0) & (row.ahead > -reach);
 }
 
 // Depth between the four pixels where they belong to one surface, else that of the
@@ -98,7 +145,7 @@ interpolateDepth(const FusionView& view, Row& row)
   const Floats upper = d00 + row.fu * (d01 - d00), lower = d10 + row.fu * (d11 - d10);
   const Floats measured = upper + row.fv * (lower - upper);
   const Ints in_band = row.ahead < 1;
-  row.ahead = in_band ? (measured - row.z) * (1 / view.truncation) : row.ahead;
+  row.ahead = in_band ? (measured - row.z) * view.inverse_truncation : row.ahead;
 }
 
 BUNDLE_ICP_INLINE void
@@ -114,12 +161,9 @@ BUNDLE_ICP_INLINE Ints
 updateDistance(std::uint32_t seed, Row& row, std::int16_t* distance,
                std::uint16_t* weight)
 {
-  // A hash of voxel and frame. Rounding that it dithers does not stall when a
-  // measurement moves the mean by less than the last digit.
-  Words hash = lane_hash + seed;
-  hash = (hash ^ hash >> 16) * 0x85ebca6bu;
-  hash = (hash ^ hash >> 13) * 0xc2b2ae35u;
-  row.dither = hash ^ hash >> 16;
+  // Rounding that it dithers does not stall when a measurement moves the mean by less than
+  // the last digit. The seed is as good as random from frame to frame.
+  row.dither = lane_hash + seed;
 
   const Words old_code = __builtin_convertvector(load<HalfWords>(weight), Words);
   const Floats old_weight =
@@ -221,6 +265,36 @@ insideRegion(const RegionClip& clip, float y, float z)
   return inside;
 }
 
+// Looks up the measurements of a block and returns the number of rows that one may reach.
+template <bool all_shown>
+BUNDLE_ICP_INLINE int
+lookUpRows(const FusionView& view, const float corner[3], float farthest,
+           const RegionClip* clip, Row rows[block_slab])
+{
+  const Floats x = lane_number * view.step[0][0], y = lane_number * view.step[0][1],
+               z = lane_number * view.step[0][2];
+  const float along_row = std::min(0.0f, (block_edge - 1) * view.step[0][2]);
+  const float reach = largestReach(view, farthest);
+  int count = 0;
+  for (int i = 0; i < block_slab; ++i) {
+    const float down = static_cast<float>(i % block_edge),
+                back = static_cast<float>(i / block_edge);
+    float first[3];
+    for (int axis = 0; axis < 3; ++axis)
+      first[axis] = corner[axis] + down * view.step[1][axis] + back * view.step[2][axis];
+    if (first[2] + along_row > farthest)
+      continue;
+    Row& row = rows[count];
+    row.number = i;
+    projectRow<all_shown>(view, {first[0] + x, first[1] + y, first[2] + z}, row);
+    if (clip)
+      row.update &= insideRegion(*clip, down, back);
+    lookUpNearest(view, reach, row);
+    count += any(row.update);
+  }
+  return count;
+}
+
 } // namespace
 
 BUNDLE_ICP_SIMD bool
@@ -230,24 +304,9 @@ fuseBlock(const FusionView& view, const float corner[3], float farthest,
   // Step by step for all rows instead of row by row: the branches that tell which rows need
   // a step are as good as random, and a loop without them overlaps the rows' look-ups.
   Row rows[block_slab];
-  int count = 0;
-  const float along_row = (block_edge - 1) * view.step[0][2];
-  for (int i = 0; i < block_slab; ++i) {
-    const float y = static_cast<float>(i % block_edge),
-                z = static_cast<float>(i / block_edge);
-    float first[3];
-    for (int axis = 0; axis < 3; ++axis)
-      first[axis] = corner[axis] + y * view.step[1][axis] + z * view.step[2][axis];
-    if (first[2] + (along_row < 0 ? along_row : 0) > farthest)
-      continue;
-    Row& row = rows[count];
-    row.number = i;
-    project(view, first, row);
-    if (clip)
-      row.update &= insideRegion(*clip, y, z);
-    lookUpNearest(view, row);
-    count += any(row.update);
-  }
+  const int count = showsAll(view, corner)
+                        ? lookUpRows<true>(view, corner, farthest, clip, rows)
+                        : lookUpRows<false>(view, corner, farthest, clip, rows);
 
   int chosen[block_slab], num_chosen = 0;
   for (int i = 0; i < count; ++i) {

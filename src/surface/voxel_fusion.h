@@ -20,9 +20,11 @@ struct FusionView {
   float color_weight;         ///< of all of its colours
   float gain[3];              ///< blue, green, red: what the colours are multiplied by
   int width, height;
-  float fx, fy, cx, cy;
-  float step[3][3]; ///< camera frame: one voxel along x, y, z of the world [m]
-  float voxel_size, truncation, min_depth;
+  float fx;
+  /** One voxel along x, y, z of the world, in the camera frame, times the camera matrix: its
+   *  third coordinate is depth [m], the others are pixels times depth. */
+  float step[3][3];
+  float voxel_size, truncation, inverse_truncation, min_depth;
   float constant, quadratic, offset; ///< DepthNoise
 };
 
@@ -45,8 +47,8 @@ struct RegionClip {
   float half[3];    ///< of the box's edges [m]
 };
 
-/** Fuses the frame into one block, whose first voxel lies at `corner` in the camera
- *  frame; voxels beyond the depth `farthest` do not change. `seed` drives the unbiased
+/** Fuses the frame into one block, whose first voxel lies at `corner`, in the coordinates of
+ *  FusionView::step; voxels beyond the depth `farthest` do not change. `seed` drives the unbiased
  *  rounding to the block's 16 bits; `clip` is null where all of the block lies in the region.
  *  Returns true when a voxel that it changed lies behind the surface. */
 bool
