@@ -86,7 +86,7 @@ describeSurface(ReconstructionOptions& options, po::options_description& run)
       "truncation of the signed distance [m]; default: 8 voxels, at least 0.012, at most 100 voxels")(
       "roi",
       po::value<std::string>()->value_name("BOX"),
-      "to what the surface is limited [m], in the camera frame of the earliest frame: "
+      "to what the surface is limited [m], in the camera frame of the earliest frame with a pose: "
       "x0,y0,z0,x1,y1,z1 (corners), or cx,cy,cz,sx,sy,sz,qx,qy,qz,qw (centre, lengths of the edges, "
       "orientation of a turned box), or object: what stands on the dominant plane and most frames look "
       "at, with 2 cm around it; default: everything")(

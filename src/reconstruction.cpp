@@ -314,7 +314,8 @@ Reconstruction::findObject()
       options_.num_threads,
       [&](std::size_t index, const RGBDFrame& image, const std::string& error) {
         if (error.empty()) { // one that cannot be read is named when it is to be fused
-          clouds.push_back(samplePoints(image, camera));
+          constexpr int step = 6;
+          clouds.push_back(samplePoints(image, camera, step, options_.volume.noise));
           poses.push_back(result_.frames[index].world_from_depth);
         }
         return !progress_ || progress_({"object", ++done, some.size()});

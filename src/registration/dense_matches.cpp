@@ -2,8 +2,8 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "dense_matches.h"
 
+#include "common/parallel.h"
 #include "common/simd.h"
-#include "threads.h"
 
 #include <algorithm>
 #include <array>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#include "common/parallel.h"
+#include "common/simd.h"
 #include "depth_edges.h"
 #include "reduce_depth.h"
-#include "common/simd.h"
-#include "threads.h"
 
 #include <bundle_icp/registration/virtual_depth.h>
 

@@ -2,8 +2,8 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "merge_views.h"
 
+#include "common/parallel.h"
 #include "common/simd.h"
-#include "threads.h"
 
 #include <algorithm>
 #include <cmath>

@@ -2,7 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "nearest_matches.h"
 
-#include "threads.h"
+#include "common/parallel.h"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>

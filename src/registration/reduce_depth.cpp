@@ -2,9 +2,9 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "reduce_depth.h"
 
+#include "common/parallel.h"
 #include "common/simd.h"
 #include "depth_edges.h"
-#include "threads.h"
 
 #include <pcl/exceptions.h>
 

@@ -2,8 +2,8 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include <bundle_icp/registration/virtual_depth.h>
 
+#include "common/parallel.h"
 #include "merge_views.h"
-#include "threads.h"
 
 #include <pcl/exceptions.h>
 

@@ -144,6 +144,34 @@ sampleStep(const DepthSamples& samples, int u0, int v0, double block_size)
   return std::clamp(static_cast<int>(block_size * focal / farthest / 2), 1, 8);
 }
 
+/** Calls visit(u, v) for the pixels of a cell whose bands hold the bands of all others in it: that
+ *  in its middle, and those that differ from this one and from the one before by more than the
+ *  truncation, as where something thin is seen before something far. */
+template <typename Visit>
+void
+visitLayers(const DepthSamples& samples, int u0, int v0, int step, float truncation, const Visit& visit)
+{
+  const auto depthAt = [&samples](int u, int v) {
+    const std::size_t pixel = std::size_t(v) * samples.camera.width + u;
+    return samples.weight[pixel] > 0 ? samples.depth[pixel] : 0.0f;
+  };
+  const int u1 = std::min(u0 + step, samples.camera.width);
+  const int v1 = std::min(v0 + step, samples.camera.height);
+  const int middle_u = std::min(u0 + step / 2, u1 - 1), middle_v = std::min(v0 + step / 2, v1 - 1);
+  const float middle = depthAt(middle_u, middle_v);
+  if (middle > 0)
+    visit(middle_u, middle_v);
+  float last = middle;
+  for (int v = v0; v < v1; ++v)
+    for (int u = u0; u < u1; ++u) {
+      const float z = depthAt(u, v);
+      if (z > 0 && std::abs(z - middle) > truncation && std::abs(z - last) > truncation) {
+        visit(u, v);
+        last = z;
+      }
+    }
+}
+
 std::vector<std::uint64_t>
 patchBlocks(const DepthSamples& samples, int u0, int v0, const Pose& blocks_from_camera,
             const TSDFOptions& options, const BlockLimits& limits, double block_size)
@@ -155,16 +183,16 @@ patchBlocks(const DepthSamples& samples, int u0, int v0, const Pose& blocks_from
   KeyCollector keys;
   const Eigen::Matrix3d rotation = blocks_from_camera.linear() / block_size;
   const Eigen::Vector3d origin = blocks_from_camera.translation();
-  for (int v = v0 + step / 2; v < std::min(v0 + patch, camera.height); v += step)
-    for (int u = u0 + step / 2; u < std::min(u0 + patch, camera.width); u += step) {
-      const std::size_t pixel = std::size_t(v) * camera.width + u;
-      if (samples.weight[pixel] <= 0)
-        continue;
-      const double z = samples.depth[pixel];
-      const Eigen::Vector3d ray = rotation * camera.unproject(u, v, 1);
-      walkSegment(origin + (z - options.truncation) * ray,
-                  origin + (z + options.truncation) * ray, limits, keys);
-    }
+  const auto walkBand = [&](int u, int v) {
+    const double z = samples.depth[std::size_t(v) * camera.width + u];
+    const Eigen::Vector3d ray = rotation * camera.unproject(u, v, 1);
+    walkSegment(origin + (z - options.truncation) * ray,
+                origin + (z + options.truncation) * ray, limits, keys);
+  };
+  const auto truncation = static_cast<float>(options.truncation);
+  for (int v = v0; v < std::min(v0 + patch, camera.height); v += step)
+    for (int u = u0; u < std::min(u0 + patch, camera.width); u += step)
+      visitLayers(samples, u, v, step, truncation, walkBand);
   std::vector<std::uint64_t> found = keys.take();
   found.erase(std::remove_if(found.begin(), found.end(),
                              [&limits](std::uint64_t key) {

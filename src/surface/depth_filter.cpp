@@ -77,7 +77,8 @@ smoothRow(const std::array<const float*, TAPS>& rows, int width, const PassOptio
     const Floats dz = z - options.offset;
     // sigma of 1/z is sigma / z^2
     const Floats sigma = options.constant + options.quadratic * dz * dz;
-    const Floats inverse_width = z * z / (options.sigmas * sigma);
+    // At most the width at which a pixel without depth, 0 here, still has no weight.
+    const Floats inverse_width = larger(z * z / (options.sigmas * sigma), z);
     Floats sum{}, weights{};
     for (int j = 0; j < TAPS; ++j)
       for (int i = 0; i < TAPS; ++i) {
@@ -110,19 +111,26 @@ smoothOnce(const PaddedImage& in, int width, int height, const PassOptions& opti
 
 } // namespace
 
+int
+smoothingPasses(int radius)
+{
+  int passes = 0;
+  for (int reached = 0; reached < radius && passes < int(SURFACE_SIGMAS.size()); ++passes)
+    reached += REACH << passes;
+  return passes;
+}
+
 cv::Mat
 smoothDepth(const cv::Mat& depth, const DepthNoise& noise, int radius, int num_threads)
 {
   const int width = depth.cols, height = depth.rows;
-  std::size_t passes = 0;
-  for (int reached = 0; reached < radius && passes < SURFACE_SIGMAS.size(); ++passes)
-    reached += REACH << passes;
+  const int passes = smoothingPasses(radius);
   const int margin = std::max(1, REACH << passes);
   PaddedImage from(width, height, margin), to(width, height, margin);
 #pragma omp parallel for num_threads(num_threads)
   for (int y = 0; y < height; ++y)
     invertRow(depth.ptr<float>(y), width, from.row(y));
-  for (std::size_t pass = 0; pass < passes; ++pass) {
+  for (int pass = 0; pass < passes; ++pass) {
     const PassOptions options{1 << pass,
                               SURFACE_SIGMAS[pass],
                               float(noise.constant),

@@ -8,6 +8,10 @@
 
 namespace bundle_icp {
 
+/** Number of smoothDepth()'s passes. */
+int
+smoothingPasses(int radius);
+
 /** Averages each depth with those around it that belong to its surface: an edge-avoiding a-trous
  *  filter (Dammertz et al., HPG 2010), passes of 5x5 taps whose spacing doubles, on the inverse of
  *  depth. There a plane is linear, so that a symmetric window does not move it however slanted it

@@ -103,8 +103,8 @@ weighEight(const RowInput& in, const float* const rows[], int at, int u, float* 
   const Floats dz = z - in.offset;
   const Floats sigma = in.constant + in.quadratic * dz * dz;
   // Two measurements belong to one surface when noise and a slope of 76 degrees explain
-  // their difference.
-  const Floats noise = 4.2f * sigma, step = z * (4 / in.fx);
+  // their difference; one that is missing, 0 here, to none.
+  const Floats noise = smaller(4.2f * sigma, 0.5f * z), step = z * (4 / in.fx);
   const Floats cosine = viewingCosine(in, rows, z, noise + step * slope_radius, at, u);
   const Floats support = edgeSupport(z, noise + step, rows, at);
   const Floats weight =

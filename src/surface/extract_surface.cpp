@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#include "common/parallel.h"
 #include "surface/cell_cases.h"
+#include "surface/depth_filter.h"
 #include "surface/mesh_editing.h"
-#include "surface/num_threads.h"
 #include "surface/tsdf_volume_impl.h"
 
 #include <bundle_icp/surface/extract_surface.h>
@@ -87,26 +88,23 @@ blendColors(std::uint32_t first, std::uint32_t second, float t)
           static_cast<std::uint8_t>(rounded.z())};
 }
 
-/** What smoothing over a window leaves of the variance of depth, see smoothDepth(). Of N pixels
- *  that are averaged fewer than N are independent: half of the variance is shared by
- *  neighbours, over the area that a sensor compares to find one depth. Nor are all averaged: the
- *  filter leaves out what may be another surface, the more, the larger the window is. Measured on
- *  planes: with a radius of 6 px that raises the variance by 1.2 where they are frontal and by 4
- *  where they are slanted by 40 degrees, with 2 px by half of that. */
+/** What smoothDepth() leaves of the variance of depth. Of N pixels that it averages fewer than N
+ *  are independent: half of the variance is shared by neighbours, over the area that a sensor
+ *  compares to find one depth. Nor does it average all: it leaves out what may be another
+ *  surface, the more, the wider the last pass reaches and the more a plane is slanted. */
 double
 smoothedVariance(int radius)
 {
+  // By the number of passes. Pixels are those of the B-splines that the passes make up, 1 over the
+  // sum of their squares; the rest was measured on planes, frontal to slanted by 40 degrees. Without
+  // a pass what is left is less than 1, because fusion interpolates between four pixels.
+  constexpr std::array<double, 4> averaged{1, 13.4, 66, 264};
+  constexpr std::array<double, 4> left_out{0.62, 1, 1.45, 3.2};
   constexpr double shared = 0.5, shared_pixels = 10;
-  const double left_out = 0.55 + 0.325 * radius;
-  double sum = 0, squares = 0; // along one axis; the window is their product
-  for (int i = -radius; i <= radius; ++i) {
-    const double weight = std::exp(-2.0 * i * i / ((radius + 1) * (radius + 1)));
-    sum += weight;
-    squares += weight * weight;
-  }
-  const double pixels = std::pow(sum * sum / squares, 2);
-  return std::min(1.0, left_out * ((1 - shared) / pixels +
-                                   shared * shared_pixels / (shared_pixels + pixels - 1)));
+  const int passes = smoothingPasses(radius);
+  const double pixels = averaged[passes];
+  return left_out[passes] * ((1 - shared) / pixels +
+                             shared * shared_pixels / (shared_pixels + pixels - 1));
 }
 
 /** Writes the vertices of one block after the other into a mesh. */
@@ -250,7 +248,7 @@ extractSurface(const TSDFVolume& volume, const MeshOptions& options,
   if (!options.isValid(&error))
     throw pcl::BadArgumentException(error);
   const VoxelBlockMap& blocks = volume.impl().blocks;
-  const int num_threads = resolveNumThreads(options.num_threads);
+  const int num_threads = resolveThreads(options.num_threads);
   const float level = static_cast<float>(options.iso_level) * distance_scale;
   const BlockSurfaces surfaces =
       findSurfaces(blocks, weightCode(options.min_weight), level, num_threads);

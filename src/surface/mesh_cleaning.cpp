@@ -138,18 +138,25 @@ private:
   {
     std::vector<std::uint32_t> members{seed};
     flip_[seed] = 0;
-    bool is_closed = true;
+    bool is_closed = true, is_orientable = true;
     for (std::size_t i = 0; i < members.size(); ++i)
       for (std::uint32_t h = 3 * members[i]; h < 3 * members[i] + 3; ++h) {
         const std::int64_t other = opposites_[h];
         is_closed &= other >= 0;
-        if (other < 0 || flip_[other / 3] != UNSEEN)
+        if (other < 0)
           continue;
         const bool agrees = edges_.from(h) != edges_.from(std::uint32_t(other));
-        flip_[other / 3] = agrees ? flip_[members[i]] : 1 - flip_[members[i]];
-        members.push_back(std::uint32_t(other / 3));
+        const std::uint8_t flip = agrees ? flip_[members[i]] : 1 - flip_[members[i]];
+        if (flip_[other / 3] == UNSEEN) {
+          flip_[other / 3] = flip;
+          members.push_back(std::uint32_t(other / 3));
+        }
+        is_orientable &= flip_[other / 3] == flip;
       }
-    if (shouldTurn(members, is_closed))
+    if (!is_orientable)
+      for (const std::uint32_t t : members)
+        flip_[t] = 0;
+    else if (shouldTurn(members, is_closed))
       for (const std::uint32_t t : members)
         flip_[t] = 1 - flip_[t];
   }

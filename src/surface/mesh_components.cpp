@@ -4,7 +4,11 @@
 
 #include <bundle_icp/surface/mesh_cleaning.h>
 
+#include <pcl/exceptions.h>
+
+#include <cmath>
 #include <numeric>
+#include <string>
 
 namespace bundle_icp {
 namespace {
@@ -76,9 +80,13 @@ removeSmallComponents(SurfaceMesh& mesh, std::size_t min_triangles)
 std::size_t
 removeSmallAreas(SurfaceMesh& mesh, double min_area)
 {
+  if (!(min_area >= 0 && std::isfinite(min_area)))
+    throw pcl::BadArgumentException("removeSmallAreas: min_area " + std::to_string(min_area) +
+                                    "; expected 0 (none) or more square metres");
   checkLists(mesh, "removeSmallAreas");
   return removeComponents(mesh, min_area, [&mesh](const Triangle& triangle) {
-    return areaNormal(mesh, triangle).norm() / 2;
+    const double area = areaNormal(mesh, triangle).norm() / 2;
+    return std::isfinite(area) ? area : 0;
   });
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#include "common/parallel.h"
 #include "surface/mesh_editing.h"
-#include "surface/num_threads.h"
 
 #include <bundle_icp/surface/mesh_smoothing.h>
 
@@ -75,7 +75,8 @@ public:
           vertices_[v].offset = offset(v);
 #pragma omp for
         for (std::size_t v = 0; v < vertices_.size(); ++v)
-          vertices_[v].position += vertices_[v].offset * vertices_[v].normal;
+          if (vertices_[v].offset != 0) // it is where the normal is unknown
+            vertices_[v].position += vertices_[v].offset * vertices_[v].normal;
       }
     }
   }
@@ -146,15 +147,14 @@ remainingDeviation(int iterations)
 bool
 MeshSmoothingOptions::isValid(std::string* error) const
 {
-  const auto check = [error](const char* name, int value, int largest, const char* expected) {
-    const bool is_valid = value >= 0 && value <= largest;
-    if (!is_valid && error)
-      *error = std::string("MeshSmoothingOptions: ") + name + " " + std::to_string(value) +
-               "; expected " + expected;
-    return is_valid;
-  };
-  return check("iterations", iterations, 1000, "0 (none) to 1000") &&
-         check("num_threads", num_threads, 1 << 20, "0 (all) or more");
+  std::string reason;
+  if (iterations < 0 || iterations > 1000)
+    reason = "iterations " + std::to_string(iterations) + "; expected 0 (none) to 1000";
+  else if (num_threads < 0)
+    reason = "num_threads " + std::to_string(num_threads) + "; expected 0 (all) or more";
+  if (error && !reason.empty())
+    *error = "MeshSmoothingOptions: " + reason;
+  return reason.empty();
 }
 
 void
@@ -167,7 +167,7 @@ smoothMesh(SurfaceMesh& mesh, const MeshSmoothingOptions& options)
   if (options.iterations == 0 || mesh.normals.empty() || mesh.deviations.empty())
     return;
   constexpr int normal_iterations = 2;
-  Smoother smoother(mesh, resolveNumThreads(options.num_threads));
+  Smoother smoother(mesh, resolveThreads(options.num_threads));
   smoother.smoothNormals(normal_iterations);
   smoother.smoothPositions(options.iterations);
   smoother.write(mesh);

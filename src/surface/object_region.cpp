@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
-#include <bundle_icp/surface/object_region.h>
+#include "common/concatenate.h"
 
-#include <bundle_icp/common/depth_noise.h>
+#include <bundle_icp/surface/object_region.h>
 
 #include <opencv2/imgproc.hpp>
 #include <pcl/exceptions.h>
@@ -15,22 +15,11 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <sstream>
 
 namespace bundle_icp {
 namespace {
 
 using Cloud = pcl::PointCloud<pcl::PointXYZ>;
-
-template <typename... Parts>
-std::string
-concatenate(const Parts&... parts)
-{
-  std::ostringstream stream;
-  stream.precision(3);
-  (stream << ... << parts);
-  return stream.str();
-}
 
 /** What all frames saw within one cell. */
 struct Cell {
@@ -299,6 +288,10 @@ findObjectRegion(const std::vector<Cloud>& clouds,
     throw pcl::BadArgumentException(concatenate("findObjectRegion: ", clouds.size(), " clouds and ",
                                                 world_from_cameras.size(), " poses; expected as many of "
                                                 "both, at least one"));
+  for (std::size_t i = 0; i < world_from_cameras.size(); ++i)
+    if (!isRigid(world_from_cameras[i].matrix()))
+      throw pcl::BadArgumentException(
+          concatenate("findObjectRegion: pose ", i, " is not a rigid motion"));
   ObjectRegion region;
   region.num_frames = clouds.size();
   const CellGrid grid(clouds, world_from_cameras, options);
@@ -340,7 +333,8 @@ findObjectRegion(const std::vector<Cloud>& clouds,
 }
 
 Cloud
-samplePoints(const RGBDFrame& frame, const CameraIntrinsics& camera, int step)
+samplePoints(const RGBDFrame& frame, const CameraIntrinsics& camera, int step,
+             const DepthNoise& noise)
 {
   std::string error;
   if (step < 1)
@@ -352,7 +346,6 @@ samplePoints(const RGBDFrame& frame, const CameraIntrinsics& camera, int step)
       frame.depth.rows != camera.height)
     throw pcl::BadArgumentException(
         "samplePoints: depth must be CV_32FC1 in metres, of the camera's size");
-  const DepthNoise noise;
   Cloud cloud;
   for (int v = step; v < frame.depth.rows - 1; v += step)
     for (int u = step; u < frame.depth.cols - 1; u += step) {

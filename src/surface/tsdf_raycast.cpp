@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
-#include "surface/num_threads.h"
+#include "common/parallel.h"
 #include "surface/ray_range.h"
 #include "surface/voxel_sampler.h"
 
@@ -194,7 +194,7 @@ raycast(const TSDFVolume& volume, const CameraIntrinsics& camera,
   auto cloud = std::make_shared<pcl::PointCloud<Point>>(width, height);
   cloud->is_dense = false;
   const RayCaster caster(volume.impl(), camera, world_from_camera);
-#pragma omp parallel num_threads(resolveNumThreads(num_threads))
+#pragma omp parallel num_threads(resolveThreads(num_threads))
   {
     VoxelSampler sampler(volume.impl());
 #pragma omp for schedule(dynamic, 4)

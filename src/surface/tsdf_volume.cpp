@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#include "common/concatenate.h"
+#include "common/parallel.h"
 #include "surface/block_allocation.h"
 #include "surface/depth_filter.h"
-#include "surface/num_threads.h"
 #include "surface/tsdf_volume_impl.h"
 #include "surface/voxel_fusion.h"
 #include "surface/voxel_sampler.h"
@@ -10,19 +11,9 @@
 #include <pcl/exceptions.h>
 
 #include <cmath>
-#include <sstream>
 
 namespace bundle_icp {
 namespace {
-
-template <typename... Parts>
-std::string
-concatenate(const Parts&... parts)
-{
-  std::ostringstream stream;
-  (stream << ... << parts);
-  return stream.str();
-}
 
 template <typename... Parts>
 [[noreturn]] void
@@ -225,7 +216,7 @@ TSDFVolume::integrate(const RGBDFrame& frame, const CameraIntrinsics& camera,
     throw pcl::BadArgumentException(error);
   checkFrame(frame, camera);
   checkPose(world_from_camera, options);
-  const int num_threads = resolveNumThreads(options.num_threads);
+  const int num_threads = resolveThreads(options.num_threads);
   VoxelBlockMap& blocks = impl_->blocks;
 
   RGBDFrame smooth = frame;

@@ -147,7 +147,7 @@ sphereMesh(double radius, int cells)
   return mesh;
 }
 
-/** Removes the triangles whose middle `is_cut` says so of, and the vertices that they leave. */
+/** Removes the triangles whose middle `is_cut` says so of; their vertices stay. */
 inline void
 cut(SurfaceMesh& mesh, const std::function<bool(const Eigen::Vector3f&)>& is_cut)
 {

@@ -89,6 +89,40 @@ TEST(MeshCleaning, NormalsDecideWhereASurfaceFaces)
   expectSound(mesh);
 }
 
+TEST(MeshCleaning, AMoebiusStripStaysAsItIs)
+{
+  constexpr std::uint32_t count = 40;
+  SurfaceMesh strip;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const float turn = float(2 * M_PI) * i / count;
+    const Eigen::Vector3f outwards(std::cos(turn), std::sin(turn), 0);
+    const Eigen::Vector3f across =
+        0.3f * (std::cos(turn / 2) * outwards + std::sin(turn / 2) * Eigen::Vector3f::UnitZ());
+    strip.vertices.push_back(outwards + across);
+    strip.vertices.push_back(outwards - across);
+  }
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const bool is_seam = i + 1 == count;
+    const std::uint32_t a = 2 * i, b = a + 1, c = is_seam ? 1 : a + 2, d = is_seam ? 0 : a + 3;
+    strip.triangles.push_back({a, c, b});
+    strip.triangles.push_back({b, c, d});
+  }
+  SurfaceMesh cleaned = strip;
+  const MeshCleaningResult result = cleanMesh(cleaned);
+  EXPECT_EQ(result.flipped_triangles, 0u);
+  EXPECT_EQ(result.non_manifold_triangles, 0u);
+  EXPECT_EQ(cleaned.triangles, strip.triangles);
+}
+
+TEST(MeshCleaning, TrianglesThatAreNotFiniteHaveNoArea)
+{
+  SurfaceMesh mesh = squareMesh(5);
+  mesh.vertices[0].x() = NAN;
+  const std::size_t all = mesh.triangles.size();
+  EXPECT_EQ(removeSmallAreas(mesh, 0.5), 0u);
+  EXPECT_EQ(mesh.triangles.size(), all);
+}
+
 TEST(MeshCleaning, SmallAreasGoHoweverFineTheyAre)
 {
   for (const int cells : {2, 20}) {
@@ -196,4 +230,6 @@ TEST(MeshCleaning, RefusesWhatMakesNoSense)
                   "no x, y, z");
   EXPECT_CONTAINS(messageOf<pcl::BadArgumentException>([&] { fillHoles(mesh, NAN); }),
                   "max_perimeter nan");
+  EXPECT_CONTAINS(messageOf<pcl::BadArgumentException>([&] { removeSmallAreas(mesh, NAN); }),
+                  "min_area nan");
 }

@@ -139,6 +139,18 @@ TEST(SmoothMesh, LeavesWhatDoesNotSayHowNoisyItIs)
   EXPECT_EQ(unknown.vertices, before.vertices);
 }
 
+TEST(SmoothMesh, VerticesWithoutNormalStay)
+{
+  SurfaceMesh mesh = noisyGrid(flat);
+  constexpr std::size_t middle = size * size / 2;
+  mesh.normals[middle].setConstant(std::numeric_limits<float>::quiet_NaN());
+  const Eigen::Vector3f before = mesh.vertices[middle];
+  smoothMesh(mesh);
+  EXPECT_EQ(mesh.vertices[middle], before);
+  for (const Eigen::Vector3f& vertex : mesh.vertices)
+    EXPECT_TRUE(vertex.allFinite());
+}
+
 TEST(SmoothMesh, RefusesBadInput)
 {
   SurfaceMesh mesh = noisyGrid(flat);

@@ -193,4 +193,8 @@ TEST(ObjectRegion, RefusesBadArguments)
                   "0 clouds and 0 poses");
   EXPECT_CONTAINS(messageOf<pcl::BadArgumentException>([] { findObjectRegion({{}}, {}); }),
                   "1 clouds and 0 poses");
+  Pose bad = Pose::Identity();
+  bad.translation().x() = NAN;
+  EXPECT_CONTAINS(messageOf<pcl::BadArgumentException>([&] { findObjectRegion({{}}, {bad}); }),
+                  "pose 0 is not a rigid motion");
 }

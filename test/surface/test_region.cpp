@@ -35,7 +35,7 @@ SurfaceMesh
 meshOf(const TSDFVolume& volume)
 {
   MeshOptions options;
-  options.min_component_triangles = 0;
+  options.cleaning.min_component_area = 0;
   return extractSurface(volume, options);
 }
 

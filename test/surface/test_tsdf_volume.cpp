@@ -138,7 +138,7 @@ TEST(TSDFVolume, OrderOfFramesMattersOnlyByRounding)
     for (float y = -0.3f; y <= 0.3f; y += 0.0173f) {
       const auto a = forward.distance({x, y, 1.002f}),
                  b = backward.distance({x, y, 1.002f});
-      ASSERT_EQ(a.has_value(), b.has_value());
+      ASSERT_TRUE(a && b);
       differences.push_back(*a - *b);
       // A frame's share is off by the 2048th part to which weights are kept.
       EXPECT_NEAR(*a, *b, 0.002 * forward.options().voxel_size);
@@ -191,7 +191,7 @@ TEST(TSDFVolume, ManyFramesDoNotStall)
   EXPECT_NEAR(*volume.distance({0, 0, 1.0f}), 0.00025, 0.00003);
 
   MeshOptions mesh_options;
-  mesh_options.min_component_triangles = 0;
+  mesh_options.cleaning.min_component_area = 0;
   const SurfaceMesh mesh = extractSurface(volume, mesh_options);
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   for (const auto& color : mesh.colors)
@@ -208,7 +208,7 @@ TEST(TSDFVolume, FreeSpaceRemovesWhatOneFrameSawByMistake)
   TSDFVolume volume(coarseOptions());
   const auto numNearVertices = [&volume] {
     MeshOptions options;
-    options.min_component_triangles = 0;
+    options.cleaning.min_component_area = 0;
     const SurfaceMesh mesh = extractSurface(volume, options);
     return std::count_if(
         mesh.vertices.begin(), mesh.vertices.end(),
@@ -236,6 +236,21 @@ TEST(TSDFVolume, RegionLimitsAllocation)
   EXPECT_FALSE(part.distance({-0.1f, 0, 1}).has_value());
   // Inside, the region changes nothing.
   EXPECT_EQ(part.distance({0.2f, 0.02f, 1.01f}), all.distance({0.2f, 0.02f, 1.01f}));
+}
+
+TEST(TSDFVolume, ThinThingsAreAllocatedWhereverTheyAreSeen)
+{
+  // A bar narrower than half a block in front of a wall farther behind it than the truncation.
+  for (int left = 150; left < 158; ++left) {
+    RGBDFrame frame = render(wall, Pose::Identity());
+    frame.depth(cv::Rect(left, 0, 7, smallCamera().height)).setTo(0.8f);
+    TSDFVolume volume(coarseOptions());
+    volume.integrate(frame, smallCamera(), Pose::Identity());
+    const double x = 0.8 * (left + 3 - smallCamera().cx) / smallCamera().fx;
+    const auto distance = volume.distance(Eigen::Vector3d(x, 0, 0.79).cast<float>());
+    ASSERT_TRUE(distance.has_value()) << "columns from " << left;
+    EXPECT_NEAR(*distance, 0.01, 0.005) << "columns from " << left;
+  }
 }
 
 TEST(TSDFVolume, DepthOutOfRangeIsIgnored)
@@ -302,6 +317,9 @@ TEST(TSDFVolume, RefusesBadOptions)
   options = {};
   options.num_threads = -1;
   EXPECT_CONTAINS(refusal(options), "num_threads -1");
+  options = {};
+  options.smoothing_radius = 11;
+  EXPECT_CONTAINS(refusal(options), "smoothing_radius 11 px; expected 0 to 10");
 }
 
 TEST(TSDFVolume, RefusesBadFrames)
@@ -328,6 +346,12 @@ TEST(TSDFVolume, RefusesBadFrames)
   wrong = camera;
   wrong.k1 = 0.1;
   EXPECT_CONTAINS(refusal(good, wrong, pose), "distortion");
+
+  wrong = camera;
+  wrong.width = wrong.height = 15;
+  wrong.cx = wrong.cy = 7;
+  wrong.fx = wrong.fy = 20;
+  EXPECT_CONTAINS(refusal(good, wrong, pose), "images of 15x15 are smaller than 16x16");
 
   Pose bad = pose;
   bad.linear() *= 1.2;

@@ -43,7 +43,8 @@ struct MeshReport {
 /** Marching cubes over the blocks of a volume, then smoothing, cleaning and decimation.
  *
  *  Every vertex comes from strictly inside one edge of the voxel grid and is shared by all
- *  triangles around it, so that no two coincide and no triangle has zero area. The mesh
+ *  triangles around it, so that no two coincide and no triangle has zero area, as long as
+ *  single precision tells a hundredth of a voxel: up to 500 m from the origin at 5 mm. The mesh
  *  is closed where all voxels around the surface have been observed. The result is the
  *  same, order included, for any number of threads. Vertices without colour are grey.
  *

@@ -35,7 +35,7 @@ struct MeshCleaningResult {
 /** Makes a mesh fit for measuring and for further work, in this order: vertices at the same
  *  place become one; triangles without area go; edges keep at most two triangles, of more
  *  the largest; neighbours are oriented alike, and components as their normals say, or
- *  without normals so that the volume in front of them is enclosed; small components go;
+ *  without normals outwards if they are closed, else as most of their triangles; small components go;
  *  holes are closed; vertices without triangle go. What is in order stays as it is, order
  *  of vertices and triangles included.
  *
@@ -56,7 +56,9 @@ BUNDLE_ICP_EXPORT void
 removeSmallComponents(SurfaceMesh& mesh, std::size_t min_triangles);
 
 /** Removes connected components of less area [m^2], and vertices without triangle. Order is
- *  kept. \return the number of components removed. */
+ *  kept. Triangles with a corner that is not finite have no area.
+ *  \return the number of components removed.
+ *  \throws pcl::BadArgumentException for an area that is not finite or less than 0. */
 BUNDLE_ICP_EXPORT std::size_t
 removeSmallAreas(SurfaceMesh& mesh, double min_area);
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <bundle_icp/common/camera_intrinsics.h>
+#include <bundle_icp/common/depth_noise.h>
 #include <bundle_icp/common/oriented_box.h>
 #include <bundle_icp/common/rgbd_frame.h>
 
@@ -59,15 +60,17 @@ struct ObjectRegion {
  *         spaced in the image, some thousands a frame, are enough: samplePoints()
  *  \param world_from_cameras the frames' poses
  *  \throws pcl::BadArgumentException for invalid options, no frames, or another number of
- *          poses. That there is no plane or no object is a result. */
+ *          poses, and poses that are not rigid. That there is no plane or no object is a
+ *          result. */
 BUNDLE_ICP_EXPORT ObjectRegion
 findObjectRegion(const std::vector<pcl::PointCloud<pcl::PointXYZ>>& clouds,
                  const std::vector<Pose>& world_from_cameras,
                  const ObjectRegionOptions& options = {});
 
 /** Points of every `step`-th pixel of every `step`-th row that has depth, but for those at
- *  depth edges, in the camera frame [m]. */
+ *  depth edges, which `noise` tells from slopes, in the camera frame [m]. */
 BUNDLE_ICP_EXPORT pcl::PointCloud<pcl::PointXYZ>
-samplePoints(const RGBDFrame& frame, const CameraIntrinsics& camera, int step = 6);
+samplePoints(const RGBDFrame& frame, const CameraIntrinsics& camera, int step = 6,
+             const DepthNoise& noise = {});
 
 } // namespace bundle_icp

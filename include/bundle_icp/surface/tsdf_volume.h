@@ -93,7 +93,7 @@ public:
    *  \param correction of the frame's colours
    *  \throws pcl::BadArgumentException when image sizes or types differ from what the
    *          camera and RGBDFrame say, for impossible intrinsics, intrinsics with
-   *          distortion, an invalid correction, and for a pose that is not rigid or too far
+   *          distortion, images smaller than 16x16, an invalid correction, and for a pose that is not rigid or too far
    *          away to be addressed. The volume is then unchanged. */
   void
   integrate(const RGBDFrame& frame, const CameraIntrinsics& camera,
