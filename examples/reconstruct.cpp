@@ -112,7 +112,7 @@ describeSurface(ReconstructionOptions& options, po::options_description& run)
       "separate pieces of the mesh of less area are removed [m^2]; 0 = none")(
       "fill-holes",
       po::value(&options.mesh.cleaning.max_hole_perimeter)->value_name("M")->default_value(0),
-      "holes whose boundary is at most this long are closed [m]; 0 = none")(
+      "holes whose boundary is at most this long [m] and of at most 1000 edges are closed; 0 = none")(
       "decimate",
       po::value(&options.mesh.decimation.max_triangles)->value_name("N")->default_value(0),
       "edges are collapsed until the mesh has this many triangles; 0 = not")(

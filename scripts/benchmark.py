@@ -34,7 +34,7 @@ def read_list(path):
 
 
 def read_frames(scan, stride, max_frames):
-    """(stamp of colour, colour file, depth file), paired as by bundle_icp: nearest within 20 ms."""
+    """(stamp of colour, colour file, depth file), each colour with the nearest depth within 20 ms."""
     depth = read_list(os.path.join(scan, 'depth.txt'))
     frames = []
     for stamp, names in read_list(os.path.join(scan, 'rgb.txt')):

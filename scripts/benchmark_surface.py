@@ -5,7 +5,7 @@
 ScalableTSDFVolume (python3-open3d, if it is there) fuses from the same frames and poses: 5 mm voxels,
 4 cm truncation, depth up to 5 m.
 
-  python3 scripts/benchmark_surface.py --bin build/bin -o OUT ["--seed 0" "--start 67" ...]
+  python3 scripts/benchmark_surface.py --bin build/release/bin -o OUT ["--seed 0" "--start 67" ...]
 
 Each scan is named by its options of bundle_icp_simulate. Prints a Markdown table."""
 import argparse
@@ -108,7 +108,7 @@ def benchmark(programs, folder, options, with_open3d):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
-    parser.add_argument('--bin', default='build/bin', help='folder of the programs (build/bin)')
+    parser.add_argument('--bin', default='build/release/bin', help='folder of the programs (build/release/bin)')
     parser.add_argument('-o', '--output', required=True, help='folder for scans and meshes')
     parser.add_argument('scans', nargs='*', default=['--seed 0', '--seed 3', '--start 67'],
                         metavar='OPTIONS', help='options of bundle_icp_simulate, one text for each scan')

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
-# Installs what bundle_icp is built from, on Debian 12 and Ubuntu 22.04 or 24.04.
+# Installs what bundle_icp is built from, on Debian 12 and Ubuntu 24.04. Ubuntu 22.04
+# needs Ceres 2.1 and GCC 12 from elsewhere.
 # Where everything is there already it does nothing, and needs no rights.
 set -euo pipefail
 

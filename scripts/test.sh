@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
-# Builds and runs all tests twice: in Release, warnings being errors, and with the address and
+# Builds and runs all tests in Release, warnings being errors, and the unit tests with the address and
 # undefined-behaviour sanitizers. Ends at the first failure; ctest's summary comes last.
 set -euo pipefail
 cd "$(dirname "$0")/.."

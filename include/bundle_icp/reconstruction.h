@@ -45,7 +45,8 @@ struct BUNDLE_ICP_EXPORT ReconstructionOptions {
   ReconstructionMethod method = ReconstructionMethod::BUNDLE_ICP;
   FeatureOptions features;
   ImageGraphOptions graph;
-  MapperOptions mapper;     ///< for RGBD_SFM, its method and dense terms are ignored
+  MapperOptions mapper;     ///< its ordered_in_time is that of the dataset; RGBD_SFM ignores
+                            ///< method, visual_start, dense terms, motion_prior, self_calibration
   TrackingOptions tracking; ///< of F2M_ICP and VISUAL_ICP
   TSDFOptions volume;       ///< from which the mesh is made
   MeshOptions mesh;
@@ -144,9 +145,10 @@ private:
  *
  *  The result does not depend on the number of threads, and, but for the methods that track, not
  *  on the order of the frames:
- *  images are treated in an order that follows from their content alone. Where the dataset
- *  isOrdered(), time only suggests which images to compare, and a first guess where there is no
- *  visual evidence. Frames that cannot be read are skipped and named.
+ *  images are treated in an order that follows from their content alone. Time stamps give
+ *  the camera's motion, of which rolling shutter and delay of depth follow; where the dataset
+ *  isOrdered(), also which images are likely to match, a first guess where there is no visual
+ *  evidence, and MapperOptions::motion_prior. Frames that cannot be read are skipped and named.
  *  \throws pcl::BadArgumentException for invalid options or an empty dataset. */
 BUNDLE_ICP_EXPORT ReconstructionResult
 reconstruct(const RGBDDataset& dataset,
@@ -160,10 +162,10 @@ reconstruct(PreparedScan& scan,
             const ReconstructionOptions& options,
             const ProgressCallback& progress = {});
 
-/** Writes `trajectory.txt`, `sparse.ply`, `calibration.json`, `report.json`, and, when there is a mesh,
- *  `mesh.ply`, with PNG previews of mesh and trajectory, into a folder, which is made if needed. All
- *  are written before the first takes the place of an earlier one: on failure the folder stays as it
- *  was.
+/** Writes `report.json`, with poses `trajectory.txt`, `calibration.json` and `trajectory.png`, with a graph
+ *  `sparse.ply`, and with a mesh `mesh.EXTENSION` in each format and `mesh.png` into a folder, which is made
+ *  if needed. All are written before the first takes the place of an earlier one: on failure the folder
+ *  stays as it was. Other files in it stay.
  *  \throws pcl::IOException naming the file and the reason. */
 BUNDLE_ICP_EXPORT void
 writeReconstruction(const std::string& folder,

@@ -126,8 +126,8 @@ public:
  * to which the poses belong. Poses that are not rigid are left out, and listed in
  * skipped().
  *  - Open3D and Redwood: `color/` (`image/`, `rgb/`), `depth/`, paired by the numbers
- * in their names; `intrinsic.json` (`camera_intrinsic.json`), column-major, as Open3D
- * writes it.
+ * in their names, or by order where these do not tell them apart; `intrinsic.json`
+ * (`camera_intrinsic.json`), column-major, as Open3D writes it.
  *
  *  The options' intrinsics and depth scale have precedence. Intrinsics are never
  * invented: when neither options, file nor format give them, this throws. Depth of 0 or

@@ -68,7 +68,7 @@ struct BUNDLE_ICP_EXPORT MapperOptions {
   /** Ends with the most likely poses, given that hands move a camera smoothly: how smoothly follows
    *  from the scan itself. Only where ordered_in_time. */
   bool motion_prior = true;
-  /** Whether time stamps tell which images are neighbours. */
+  /** Whether time stamps tell which images are neighbours. reconstruct() asks the dataset. */
   bool ordered_in_time = true;
   /** Threads to use, 0 = all; for the adjustment, too. */
   int num_threads = 0;

@@ -53,7 +53,7 @@ struct MeshReport {
  *  with the noise of TSDFOptions, the vertex' weight W, the gradient of the distance D, which
  *  turns a distance along the optical axis into one along the normal, and the share s of the
  *  variance that smoothing of depth leaves, which depends on TSDFOptions::smoothing_radius, and r of
- *  the deviation that MeshOptions::smoothing leaves. It is too large by a factor of up to 2 on near
+ *  the deviation that MeshOptions::smoothing leaves. It is too large by a factor of up to 2.5 on near
  *  surfaces and too small by up to 1.5 on far ones, whose noise spreads over more of the mesh. That
  *  is of noise alone: errors of poses and calibration,
  *  flying pixels at outlines and the rounding of edges come on top.

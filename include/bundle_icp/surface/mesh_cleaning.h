@@ -13,8 +13,8 @@ struct BUNDLE_ICP_EXPORT MeshCleaningOptions {
   /** Connected components of less area are removed [m^2]; 0 = none. The default is a patch
    *  of 4.5 cm squared: specks go, cups stay. */
   double min_component_area = 0.002;
-  /** Holes whose boundary is at most this long [m] are closed, 0 = none: a round hole of
-   *  diameter d has about pi d. What closes them was not measured. */
+  /** Holes whose boundary is at most this long [m] and of at most 1000 edges are closed, 0 = none: a
+   *  round hole of diameter d has about pi d. What closes them was not measured. */
   double max_hole_perimeter = 0;
 
   bool
