@@ -40,6 +40,15 @@ check(const RGBDDataset& dataset, const ReconstructionOptions& options)
     throw pcl::BadArgumentException("reconstruct: the dataset has no frames");
 }
 
+/** What was allocated by many threads lies in heaps that the main one does not use. */
+void
+returnMemory()
+{
+#if defined(__GLIBC__)
+  malloc_trim(0);
+#endif
+}
+
 } // namespace
 
 PreparedScan::Impl::Impl(const RGBDDataset& dataset,
@@ -134,15 +143,19 @@ PreparedScan::Impl::features(std::size_t frame) const
 }
 
 void
-PreparedScan::Impl::release()
+PreparedScan::Impl::releaseDescriptors()
 {
   nodes_.clear();
-  depth_views_.clear();
   if (graph_)
     graph_->releaseDescriptors();
-#if defined(__GLIBC__)
-  malloc_trim(0); // it was allocated by many threads, whose heaps the main one does not use
-#endif
+  returnMemory();
+}
+
+void
+PreparedScan::Impl::releaseDepth()
+{
+  depth_views_.clear();
+  returnMemory();
 }
 
 PreparedScan::PreparedScan(const RGBDDataset& dataset,

@@ -63,9 +63,13 @@ public:
     return depth_views_;
   }
 
-  /** Frees what no stage after the poses needs; no other reconstruction may follow. */
+  /** Frees what is not needed once the images are matched; no other reconstruction may follow. */
   void
-  release();
+  releaseDescriptors();
+
+  /** Frees what is not needed once there are poses; no other reconstruction may follow. */
+  void
+  releaseDepth();
 
 private:
   /** A stage is run once, be it stopped or not. */

@@ -195,6 +195,8 @@ Reconstruction::trackFrame(FrameToModelTracker& tracker, std::size_t index, cons
 bool
 Reconstruction::mapImages()
 {
+  if (is_last_)
+    scan_.releaseDescriptors();
   result_.graph = scan_.graph();
   result_.frame_of_image = scan_.frameOfImage();
   const auto depth_of_image = [this](std::size_t image, const SparseModel& model) {
@@ -257,8 +259,10 @@ Reconstruction::reportFrames(const std::vector<ImageRegistration>& registrations
 bool
 Reconstruction::makeSurface()
 {
-  if (is_last_)
-    scan_.release(); // of a long scan, most of its memory
+  if (is_last_) {
+    scan_.releaseDescriptors(); // trackers needed them until now
+    scan_.releaseDepth();
+  }
   if (options_.object) {
     if (!timed("object", [this] { return findObject(); }))
       return false;
@@ -339,7 +343,7 @@ Reconstruction::fuseSurface()
   TSDFOptions volume_options = options_.volume;
   if (result_.object)
     volume_options.region = result_.object->box;
-  std::optional<TSDFVolume> volume(volume_options);
+  TSDFVolume volume(volume_options);
   std::vector<ColorCorrection> corrections(result_.frames.size());
   if (result_.graph) {
     const auto of_image = colorCorrections(*result_.graph, result_.model);
@@ -352,7 +356,7 @@ Reconstruction::fuseSurface()
     // One that could be read before keeps its pose; the surface does without it.
     frame.reason = error;
     if (error.empty())
-      volume->integrate(image, camera, frame.world_from_depth, corrections[index]);
+      volume.integrate(image, camera, frame.world_from_depth, corrections[index]);
     return !progress_ || progress_({"surface", ++done, fused.size()});
   };
   const auto correct = [this](std::size_t index, const RGBDFrame& image) {
@@ -360,9 +364,8 @@ Reconstruction::fuseSurface()
   };
   if (!readInOrder(scan_.dataset(), fused, options_.num_threads, fuse, correct))
     return false;
-  const SurfaceMesh mesh = extractSurface(*volume, options_.mesh, &result_.mesh_report);
-  volume.reset(); // before the mesh is copied: neither is small
-  result_.mesh = toPolygonMesh(mesh);
+  result_.mesh =
+      toPolygonMesh(extractSurface(std::move(volume), options_.mesh, &result_.mesh_report));
   return true;
 }
 

@@ -106,8 +106,8 @@ struct ReconstructionResult {
   ReconstructionStatus status = ReconstructionStatus::NOTHING_REGISTERED;
   std::vector<FrameReport> frames;         ///< in the order of the dataset
   std::vector<std::size_t> component_sizes; ///< frames in each component
-  /** Images: the readable frames. F2M_ICP and VISUAL_ICP have neither graph nor model. Where a mesh was
-   *  made of a scan that nothing else shares, its descriptors are released. */
+  /** Images: the readable frames. F2M_ICP and VISUAL_ICP have neither graph nor model. Of a scan
+   *  that nothing else shares the graph's descriptors are released. */
   std::shared_ptr<const ImageGraph> graph;
   std::vector<std::size_t> frame_of_image;  ///< index into `frames` of each image
   SparseModel model;                        ///< with the calibration

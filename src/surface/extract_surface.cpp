@@ -13,7 +13,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+#include <optional>
 
 namespace bundle_icp {
 namespace {
@@ -220,6 +220,63 @@ weightCode(double min_weight)
   return low;
 }
 
+void
+checkOptions(const MeshOptions& options)
+{
+  std::string error;
+  if (!options.isValid(&error))
+    throw pcl::BadArgumentException(error);
+}
+
+/** The surface as the voxels have it. */
+SurfaceMesh
+marchingCubes(const TSDFVolume::Impl& volume, const MeshOptions& options)
+{
+  const VoxelBlockMap& blocks = volume.blocks;
+  const int num_threads = resolveThreads(options.num_threads);
+  const float level = static_cast<float>(options.iso_level) * distance_scale;
+  const BlockSurfaces surfaces =
+      findSurfaces(blocks, weightCode(options.min_weight), level, num_threads);
+
+  SurfaceMesh mesh;
+  std::size_t num_vertices = 0, num_triangles = 0;
+  for (const auto& surface : surfaces)
+    if (surface) {
+      num_vertices += surface->num_vertices;
+      num_triangles += surface->num_triangles;
+    }
+  mesh.vertices.resize(num_vertices);
+  mesh.normals.resize(num_vertices);
+  mesh.colors.resize(num_vertices);
+  mesh.weights.resize(num_vertices);
+  mesh.deviations.resize(num_vertices);
+  mesh.triangles.resize(num_triangles);
+  const VertexWriter vertices(volume, level, mesh);
+#pragma omp parallel for schedule(dynamic, 64) num_threads(num_threads)
+  for (std::size_t i = 0; i < surfaces.size(); ++i)
+    if (surfaces[i]) {
+      vertices.write(i, *surfaces[i]);
+      writeTriangles(blocks, surfaces, i, mesh);
+    }
+  return mesh;
+}
+
+/** Smoothed, cleaned and decimated. */
+SurfaceMesh
+finishMesh(SurfaceMesh mesh, const MeshOptions& options, MeshReport* report)
+{
+  MeshSmoothingOptions smoothing = options.smoothing;
+  smoothing.num_threads = resolveThreads(options.num_threads);
+  smoothMesh(mesh, smoothing);
+  if (options.min_component_triangles > 0)
+    removeSmallComponents(mesh, options.min_component_triangles);
+  MeshReport unused;
+  MeshReport& result = report ? *report : unused;
+  result.cleaning = cleanExtracted(mesh, options.cleaning);
+  result.decimation = decimateMesh(mesh, options.decimation);
+  return mesh;
+}
+
 } // namespace
 
 bool
@@ -241,48 +298,20 @@ MeshOptions::isValid(std::string* error) const
 }
 
 SurfaceMesh
-extractSurface(const TSDFVolume& volume, const MeshOptions& options,
-               MeshReport* report)
+extractSurface(const TSDFVolume& volume, const MeshOptions& options, MeshReport* report)
 {
-  std::string error;
-  if (!options.isValid(&error))
-    throw pcl::BadArgumentException(error);
-  const VoxelBlockMap& blocks = volume.impl().blocks;
-  const int num_threads = resolveThreads(options.num_threads);
-  const float level = static_cast<float>(options.iso_level) * distance_scale;
-  const BlockSurfaces surfaces =
-      findSurfaces(blocks, weightCode(options.min_weight), level, num_threads);
+  checkOptions(options);
+  return finishMesh(marchingCubes(volume.impl(), options), options, report);
+}
 
-  SurfaceMesh mesh;
-  std::size_t num_vertices = 0, num_triangles = 0;
-  for (const auto& surface : surfaces)
-    if (surface) {
-      num_vertices += surface->num_vertices;
-      num_triangles += surface->num_triangles;
-    }
-  mesh.vertices.resize(num_vertices);
-  mesh.normals.resize(num_vertices);
-  mesh.colors.resize(num_vertices);
-  mesh.weights.resize(num_vertices);
-  mesh.deviations.resize(num_vertices);
-  mesh.triangles.resize(num_triangles);
-  const VertexWriter vertices(volume.impl(), level, mesh);
-#pragma omp parallel for schedule(dynamic, 64) num_threads(num_threads)
-  for (std::size_t i = 0; i < surfaces.size(); ++i)
-    if (surfaces[i]) {
-      vertices.write(i, *surfaces[i]);
-      writeTriangles(blocks, surfaces, i, mesh);
-    }
-  MeshSmoothingOptions smoothing = options.smoothing;
-  smoothing.num_threads = num_threads;
-  smoothMesh(mesh, smoothing);
-  if (options.min_component_triangles > 0)
-    removeSmallComponents(mesh, options.min_component_triangles);
-  MeshReport unused;
-  MeshReport& result = report ? *report : unused;
-  result.cleaning = cleanExtracted(mesh, options.cleaning);
-  result.decimation = decimateMesh(mesh, options.decimation);
-  return mesh;
+SurfaceMesh
+extractSurface(TSDFVolume&& volume, const MeshOptions& options, MeshReport* report)
+{
+  checkOptions(options);
+  std::optional<TSDFVolume> taken(std::move(volume));
+  SurfaceMesh mesh = marchingCubes(taken->impl(), options);
+  taken.reset(); // smoothing needs as much again as the mesh
+  return finishMesh(std::move(mesh), options, report);
 }
 
 } // namespace bundle_icp

@@ -62,4 +62,10 @@ BUNDLE_ICP_EXPORT SurfaceMesh
 extractSurface(const TSDFVolume& volume, const MeshOptions& options = {},
                MeshReport* report = nullptr);
 
+/** The same, for a volume that is not needed any more: its memory is free before the mesh is
+ *  smoothed, which needs half as much. */
+BUNDLE_ICP_EXPORT SurfaceMesh
+extractSurface(TSDFVolume&& volume, const MeshOptions& options = {},
+               MeshReport* report = nullptr);
+
 } // namespace bundle_icp
