@@ -79,6 +79,22 @@ TEST(DescriptorProducts, EqualIntegerProductsForAnySize)
     }
 }
 
+TEST(DescriptorProducts, AreExactAroundTheRangeOfSixteenBits)
+{
+  // Of norm 256, as descriptors of images are, and with ever more of it in one place.
+  cv::Mat descriptors = Landmarks(60).descriptors();
+  for (int values = 5; values <= 40; ++values)
+    for (const int step : {1, 4}) {
+      cv::Mat one(1, PackedDescriptors::LENGTH, CV_8UC1, cv::Scalar(0));
+      for (int k = 0; k < std::min(values, one.cols / step); ++k)
+        one.at<std::uint8_t>(0, k * step) = static_cast<std::uint8_t>(std::ceil(256 / std::sqrt(values)));
+      descriptors.push_back(one);
+    }
+  expectNaiveResult(descriptors, descriptors);
+  expectNaiveResult(descriptors.rowRange(0, 60), descriptors);
+  expectNaiveResult(descriptors, descriptors.rowRange(0, 60));
+}
+
 TEST(DescriptorProducts, DoNotSaturate)
 {
   const cv::Mat largest(20, PackedDescriptors::LENGTH, CV_8UC1, cv::Scalar(127));
