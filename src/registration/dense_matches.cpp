@@ -180,7 +180,10 @@ gather(const Projection& p, const PointsView& target, const SourcePoints& s,
        std::size_t begin, std::size_t end, Matches& m)
 {
   const bool has_normals = !s.nx.empty();
+  constexpr std::size_t ahead = 16; // points, about as long as memory takes
   for (std::size_t i = begin; i < end; ++i) {
+    if (i + ahead < end && m.target[i + ahead] >= 0)
+      __builtin_prefetch(target.xyz + static_cast<std::size_t>(m.target[i + ahead]) * target.stride);
     if (m.target[i] < 0) {
       rejectMatch(m, i);
       continue;
@@ -214,6 +217,49 @@ gather(const Projection& p, const PointsView& target, const SourcePoints& s,
     m.sy[i] = turned[1];
     m.sz[i] = turned[2];
   }
+}
+
+/** Of indices those that exist: every `stride`-th pixel both ways, or of a list as many. */
+std::vector<int>
+everyOf(const std::vector<int>& indices, const PointsView& source, int stride)
+{
+  const bool is_grid = source.height > 1;
+  const auto squared = static_cast<std::size_t>(stride * stride);
+  // Divisions would take longer than everything else here.
+  std::vector<std::uint8_t> takes_column(static_cast<std::size_t>(source.width));
+  for (int column = 0; column < source.width; ++column)
+    takes_column[column] = column % stride == stride / 2;
+  int first_of_row = -source.width;
+  bool takes_row = false;
+  std::vector<int> chosen;
+  chosen.reserve(indices.size() / squared + static_cast<std::size_t>(source.width));
+  for (std::size_t k = 0; k < indices.size(); ++k) {
+    const int i = indices[k];
+    if (i < 0 || static_cast<std::size_t>(i) >= source.size)
+      continue;
+    if (is_grid && (i < first_of_row || i >= first_of_row + source.width)) {
+      const int row = i / source.width;
+      first_of_row = row * source.width;
+      takes_row = row % stride == stride / 2;
+    }
+    if (is_grid ? takes_row && takes_column[i - first_of_row] : k % squared == 0)
+      chosen.push_back(i);
+  }
+  return chosen;
+}
+
+/** Leaves the values where the mark is not negative. */
+template <typename T>
+void
+keepMarked(std::vector<T>& values, const std::vector<int>& marks)
+{
+  T* const data = values.data();
+  std::size_t count = 0;
+  for (std::size_t k = 0; k < marks.size(); ++k) {
+    data[count] = data[k];
+    count += marks[k] >= 0;
+  }
+  values.resize(count);
 }
 
 /** Median of the values in (0, limit) by a histogram, unset without any. */
@@ -250,42 +296,35 @@ SourcePoints
 selectSource(const AlignmentProblem& problem, int stride)
 {
   const PointsView& source = problem.source;
-  const std::vector<int>& indices = *problem.source_indices;
-  const bool grid = source.height > 1;
   SourcePoints points;
-  const std::size_t expected =
-      indices.size() / static_cast<std::size_t>(stride * stride) +
-      static_cast<std::size_t>(source.width);
-  for (std::vector<float>* v :
-       {&points.x, &points.y, &points.z, &points.nx, &points.ny, &points.nz})
-    v->reserve(expected);
-  points.index.reserve(expected);
-  for (std::size_t k = 0; k < indices.size(); ++k) {
-    const int i = indices[k];
-    if (i < 0 || static_cast<std::size_t>(i) >= source.size)
-      continue;
-    const int column = i % source.width, row = i / source.width;
-    if (stride > 1 && grid &&
-        (column % stride != stride / 2 || row % stride != stride / 2))
-      continue;
-    if (stride > 1 && !grid && k % static_cast<std::size_t>(stride * stride) != 0)
-      continue;
-    const std::size_t offset = static_cast<std::size_t>(i) * source.stride;
+  points.index = everyOf(*problem.source_indices, source, stride);
+  std::vector<std::vector<float>*> lists{&points.x, &points.y, &points.z};
+  if (source.normals)
+    lists.insert(lists.end(), {&points.nx, &points.ny, &points.nz});
+  for (std::vector<float>* list : lists)
+    list->resize(points.size());
+#pragma omp parallel for num_threads(resolveThreads(problem.num_threads)) schedule(static)
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    const std::size_t offset = static_cast<std::size_t>(points.index[k]) * source.stride;
     const float* p = source.xyz + offset;
-    const float* n = source.normals ? source.normals + offset : nullptr;
-    if (!(std::abs(p[0]) + std::abs(p[1]) + std::abs(p[2]) < 1e9f) ||
-        (n && !(std::abs(n[0]) + std::abs(n[1]) + std::abs(n[2]) < 4)))
-      continue;
-    points.x.push_back(p[0]);
-    points.y.push_back(p[1]);
-    points.z.push_back(p[2]);
-    if (n) {
-      points.nx.push_back(n[0]);
-      points.ny.push_back(n[1]);
-      points.nz.push_back(n[2]);
+    bool is_valid = std::abs(p[0]) + std::abs(p[1]) + std::abs(p[2]) < 1e9f;
+    points.x[k] = p[0];
+    points.y[k] = p[1];
+    points.z[k] = p[2];
+    if (source.normals) {
+      const float* n = source.normals + offset;
+      is_valid = is_valid && std::abs(n[0]) + std::abs(n[1]) + std::abs(n[2]) < 4;
+      points.nx[k] = n[0];
+      points.ny[k] = n[1];
+      points.nz[k] = n[2];
     }
-    points.index.push_back(i);
+    if (!is_valid)
+      points.index[k] = -1;
   }
+  const std::vector<int> kept = points.index;
+  for (std::vector<float>* list : lists)
+    keepMarked(*list, kept);
+  keepMarked(points.index, kept);
   return points;
 }
 
