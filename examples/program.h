@@ -10,6 +10,9 @@
 #include <pcl/console/print.h>
 
 #include <cstdio>
+#if defined(__GLIBC__)
+#include <malloc.h>
+#endif
 #include <stdexcept>
 #include <string>
 #include <unistd.h>
@@ -21,6 +24,17 @@ class UsageError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/** Images come and go by the thousand: asking the system for their memory anew each time takes
+ * a fifth of the time that features take. What is kept stays below the peak of a run. */
+inline void
+keepFreedMemory()
+{
+#if defined(__GLIBC__)
+  mallopt(M_MMAP_THRESHOLD, 32 << 20); // bytes
+  mallopt(M_TRIM_THRESHOLD, 64 << 20);
+#endif
+}
+
 /** Runs a program's body, which gives its exit code, and turns exceptions into one line
  * on the error stream: exit code 2 for wrong usage, 1 for everything else. */
 template <typename Body>
@@ -30,6 +44,7 @@ runProgram(const char* name, Body&& body)
   // PCL's readers and writers print several lines about a bad file; a program prints
   // one.
   pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);
+  keepFreedMemory();
   const auto fail = [name](const std::exception& error, int exit_code) {
     // PCL puts a colon before the text of an exception without a place.
     const std::string message = error.what();

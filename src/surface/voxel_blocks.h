@@ -27,8 +27,7 @@ struct alignas(64) VoxelBlock {
 };
 
 /** Weights are floats without sign, with 5 bits of exponent and 11 of mantissa: 2^-14
- *  to 2^18, so that neither a far measurement nor a thousand near ones leave the range.
- * */
+ *  to 2^18, so that neither a far measurement nor a thousand near ones leave the range. */
 constexpr std::uint32_t weight_base = (127u - 14u) << 23;
 constexpr int weight_shift = 12;
 
@@ -58,8 +57,7 @@ decodeColor(std::uint32_t color)
           float(color >> blue_shift & 255)};
 }
 
-/** The blocks of a volume. They are numbered in the order of insertion and never move.
- * */
+/** The blocks of a volume. They are numbered in the order of insertion and never move. */
 class VoxelBlockMap {
 public:
   /** Coordinates lie in [-limit, limit). */
