@@ -7,7 +7,7 @@ function(bundle_icp_set_compiler_options target)
   endif()
   if(BUNDLE_ICP_SANITIZE)
     # Checks of each reference for null and alignment double the time to compile Eigen's templates; the
-    # address sanitizer catches the first, Eigen's assertions the second.
+    # address sanitizer catches access through null, Eigen's assertions misaligned matrices.
     target_compile_options(${target} PRIVATE -fsanitize=${BUNDLE_ICP_SANITIZE}
       -fno-sanitize=null,alignment -fno-omit-frame-pointer)
     # Under the address sanitizer Eigen aligns memory by itself, which PCL, built without, would then

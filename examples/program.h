@@ -25,7 +25,7 @@ class UsageError : public std::runtime_error {
 };
 
 /** Images come and go by the thousand: asking the system for their memory anew each time takes
- * a fifth of the time that features take. What is kept stays below the peak of a run. */
+ * a fifth of the time that features take. */
 inline void
 keepFreedMemory()
 {

@@ -101,7 +101,7 @@ PreparedScan::Impl::extractAll(const ProgressCallback& progress)
   depth_views_.resize(dataset_.size());
   nodes_.resize(dataset_.size());
   const LoopProgress report{"features", progress};
-  return parallelFor(
+  const bool completed = parallelFor(
       dataset_.size(), options_.num_threads, report, [this](std::size_t i) {
         try {
           const RGBDFrame image = dataset_.read(i);
@@ -114,6 +114,8 @@ PreparedScan::Impl::extractAll(const ProgressCallback& progress)
           frames_[i].reason = error.what();
         }
       });
+  returnMemory();
+  return completed;
 }
 
 bool

@@ -39,7 +39,7 @@ public:
     return frames_;
   }
 
-  /** After needFeatures(). */
+  /** After needFeatures() and before releaseDescriptors(). */
   const Features&
   features(std::size_t frame) const;
 

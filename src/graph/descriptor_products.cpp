@@ -27,7 +27,7 @@ constexpr int HALF = LENGTH / 2;
 
 /** Whether no sum over the even or odd pairs of half a descriptor can exceed 16 bits in the product
  *  with another one of which the same is true (Cauchy and Schwarz). So it is for all of norm 256 but
- *  those with all they have in a quarter of their values. */
+ *  those with nearly all they have in a quarter of their values. */
 BUNDLE_ICP_SIMD bool
 fitsWords(const std::uint8_t* row)
 {

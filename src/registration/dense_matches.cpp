@@ -225,14 +225,14 @@ everyOf(const std::vector<int>& indices, const PointsView& source, int stride)
 {
   const bool is_grid = source.height > 1;
   const auto squared = static_cast<std::size_t>(stride * stride);
-  // Divisions would take longer than everything else here.
-  std::vector<std::uint8_t> takes_column(static_cast<std::size_t>(source.width));
-  for (int column = 0; column < source.width; ++column)
-    takes_column[column] = column % stride == stride / 2;
+  // Of a grid, divisions would take longer than everything else here.
+  std::vector<std::uint8_t> takes_column(is_grid ? static_cast<std::size_t>(source.width) : 0);
+  for (std::size_t column = 0; column < takes_column.size(); ++column)
+    takes_column[column] = static_cast<int>(column) % stride == stride / 2;
   int first_of_row = -source.width;
   bool takes_row = false;
   std::vector<int> chosen;
-  chosen.reserve(indices.size() / squared + static_cast<std::size_t>(source.width));
+  chosen.reserve(indices.size() / squared + takes_column.size() + 1);
   for (std::size_t k = 0; k < indices.size(); ++k) {
     const int i = indices[k];
     if (i < 0 || static_cast<std::size_t>(i) >= source.size)

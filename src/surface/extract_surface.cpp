@@ -310,7 +310,7 @@ extractSurface(TSDFVolume&& volume, const MeshOptions& options, MeshReport* repo
   checkOptions(options);
   std::optional<TSDFVolume> taken(std::move(volume));
   SurfaceMesh mesh = marchingCubes(taken->impl(), options);
-  taken.reset(); // smoothing needs as much again as the mesh
+  taken.reset(); // before smoothing needs more than the mesh itself
   return finishMesh(std::move(mesh), options, report);
 }
 

@@ -82,17 +82,42 @@ TEST(DescriptorProducts, EqualIntegerProductsForAnySize)
 TEST(DescriptorProducts, AreExactAroundTheRangeOfSixteenBits)
 {
   // Of norm 256, as descriptors of images are, and with ever more of it in one place.
-  cv::Mat descriptors = Landmarks(60).descriptors();
+  const cv::Mat usual = Landmarks(60).descriptors();
+  cv::Mat fitting = usual.clone(), others;
   for (int values = 5; values <= 40; ++values)
     for (const int step : {1, 4}) {
       cv::Mat one(1, PackedDescriptors::LENGTH, CV_8UC1, cv::Scalar(0));
       for (int k = 0; k < std::min(values, one.cols / step); ++k)
-        one.at<std::uint8_t>(0, k * step) = static_cast<std::uint8_t>(std::ceil(256 / std::sqrt(values)));
-      descriptors.push_back(one);
+        one.at<std::uint8_t>(0, k * step) =
+            static_cast<std::uint8_t>(std::ceil(256 / std::sqrt(values)));
+      (PackedDescriptors(one).fitWords() ? fitting : others).push_back(one);
     }
-  expectNaiveResult(descriptors, descriptors);
-  expectNaiveResult(descriptors.rowRange(0, 60), descriptors);
-  expectNaiveResult(descriptors, descriptors.rowRange(0, 60));
+  ASSERT_GT(others.rows, 5);
+  std::int32_t largest = 0;
+  for (int i = usual.rows; i < fitting.rows; ++i)
+    largest = std::max(largest, product(fitting, i, fitting, i));
+  ASSERT_GT(largest, 65000); // beyond 15 bits in one of four parts at least
+  expectNaiveResult(fitting, fitting);
+  expectNaiveResult(others, fitting);
+  expectNaiveResult(fitting, others);
+}
+
+TEST(DescriptorProducts, KnowWhatFitsSixteenBits)
+{
+  // 4 * 127^2 + 31^2 + 7^2 + 3^2 = 65535, all of it among the even pairs of the first half.
+  cv::Mat one(1, PackedDescriptors::LENGTH, CV_8UC1, cv::Scalar(0));
+  const std::array<std::uint8_t, 7> values{127, 127, 127, 127, 31, 7, 3};
+  for (std::size_t k = 0; k < values.size(); ++k)
+    one.at<std::uint8_t>(0, static_cast<int>(4 * k)) = values[k];
+  EXPECT_TRUE(PackedDescriptors(one).fitWords());
+  expectNaiveResult(one, one);
+  one.at<std::uint8_t>(0, 61) = 1;
+  EXPECT_FALSE(PackedDescriptors(one).fitWords());
+  expectNaiveResult(one, one);
+  one.at<std::uint8_t>(0, 61) = 0;
+  one.at<std::uint8_t>(0, 62) = 1; // among the odd ones
+  EXPECT_TRUE(PackedDescriptors(one).fitWords());
+  expectNaiveResult(one, one);
 }
 
 TEST(DescriptorProducts, DoNotSaturate)

@@ -62,8 +62,9 @@ BUNDLE_ICP_EXPORT SurfaceMesh
 extractSurface(const TSDFVolume& volume, const MeshOptions& options = {},
                MeshReport* report = nullptr);
 
-/** The same, for a volume that is not needed any more: its memory is free before the mesh is
- *  smoothed, which needs half as much. */
+/** The same, for a volume that is not needed any more: its memory is freed before the mesh is
+ *  smoothed, which needs more than the mesh itself. Afterwards the volume can only be destroyed or
+ *  assigned to. */
 BUNDLE_ICP_EXPORT SurfaceMesh
 extractSurface(TSDFVolume&& volume, const MeshOptions& options = {},
                MeshReport* report = nullptr);
