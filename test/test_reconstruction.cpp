@@ -242,8 +242,9 @@ TEST(Reconstruct, EveryMethodOnTheSamePreparedScan)
     EXPECT_LT(largestError(result), 0.005) << name;
     EXPECT_CONTAINS(reportOf(result, 3).reason, "is truncated");
     EXPECT_FALSE(reportOf(result, 3).registered) << name;
-    if (result.graph) // others may follow that need them
+    if (result.graph) { // others may follow that need them
       EXPECT_FALSE(result.graph->features(0).descriptors.empty()) << name;
+    }
     for (const auto& [stage, seconds] : result.timing_s) {
       stages[name].push_back(stage);
       EXPECT_GT(seconds, 0) << name << ": " << stage;
