@@ -6,10 +6,12 @@ function(bundle_icp_set_compiler_options target)
     target_compile_options(${target} PRIVATE -Werror)
   endif()
   if(BUNDLE_ICP_SANITIZE)
-    # Checks of each reference for null and alignment double the time to compile Eigen's templates; the
-    # address sanitizer catches access through null, Eigen's assertions misaligned matrices.
-    target_compile_options(${target} PRIVATE -fsanitize=${BUNDLE_ICP_SANITIZE}
-      -fno-sanitize=null,alignment -fno-omit-frame-pointer)
+    target_compile_options(${target} PRIVATE -fsanitize=${BUNDLE_ICP_SANITIZE} -fno-omit-frame-pointer)
+    if(BUNDLE_ICP_SANITIZE MATCHES undefined)
+      # Checks of each reference for null and alignment double the time to compile Eigen's templates; the
+      # address sanitizer catches access through null, Eigen's assertions misaligned matrices.
+      target_compile_options(${target} PRIVATE -fno-sanitize=null,alignment)
+    endif()
     # Under the address sanitizer Eigen aligns memory by itself, which PCL, built without, would then
     # free, or free of PCL's. The sanitizer's malloc aligns as the system's does.
     target_compile_definitions(${target} PRIVATE EIGEN_MALLOC_ALREADY_ALIGNED=1)
