@@ -161,4 +161,16 @@ cut(SurfaceMesh& mesh, const std::function<bool(const Eigen::Vector3f&)>& is_cut
                        mesh.triangles.end());
 }
 
+/** Every list, bit by bit. */
+inline void
+expectSame(const SurfaceMesh& one, const SurfaceMesh& other)
+{
+  EXPECT_EQ(one.vertices, other.vertices);
+  EXPECT_EQ(one.normals, other.normals);
+  EXPECT_EQ(one.colors, other.colors);
+  EXPECT_EQ(one.weights, other.weights);
+  EXPECT_EQ(one.deviations, other.deviations);
+  EXPECT_EQ(one.triangles, other.triangles);
+}
+
 } // namespace bundle_icp::test

@@ -81,17 +81,6 @@ usualCamera()
   return camera;
 }
 
-void
-expectSame(const SurfaceMesh& one, const SurfaceMesh& other)
-{
-  EXPECT_EQ(one.vertices, other.vertices);
-  EXPECT_EQ(one.normals, other.normals);
-  EXPECT_EQ(one.colors, other.colors);
-  EXPECT_EQ(one.weights, other.weights);
-  EXPECT_EQ(one.deviations, other.deviations);
-  EXPECT_EQ(one.triangles, other.triangles);
-}
-
 } // namespace
 
 TEST(ExtractSurface, SphereIsAccurateClosedAndFacesOutward)

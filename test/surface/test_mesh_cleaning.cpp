@@ -194,13 +194,7 @@ TEST(MeshCleaning, WorksOnPclMeshes)
   EXPECT_EQ(cleanMesh(polygons, onlyFilling(5)).holes_filled, 1u);
   cleanMesh(mesh, onlyFilling(5));
   EXPECT_EQ(polygons.header.frame_id, "world");
-  const SurfaceMesh back = toSurfaceMesh(polygons);
-  EXPECT_EQ(back.triangles, mesh.triangles);
-  EXPECT_EQ(back.vertices, mesh.vertices);
-  EXPECT_EQ(back.normals, mesh.normals);
-  EXPECT_EQ(back.colors, mesh.colors);
-  EXPECT_EQ(back.weights, mesh.weights);
-  EXPECT_EQ(back.deviations, mesh.deviations);
+  expectSame(toSurfaceMesh(polygons), mesh);
 }
 
 TEST(MeshCleaning, EmptyMeshesStayEmpty)
