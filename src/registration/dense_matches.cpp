@@ -15,6 +15,8 @@ namespace {
 /** Entries that one task sums. Fixed, so that sums do not depend on the number of
  * threads. */
 constexpr std::size_t CHUNK = 4096;
+/** Indices that one thread at a time selects source points from. */
+constexpr std::size_t SELECTED = 16384;
 constexpr std::size_t LANES = 16;
 /** 21 entries of H, 6 of g, 21 of the structure, and 6 further sums. */
 constexpr std::size_t SUMS = 54;
@@ -219,9 +221,23 @@ gather(const Projection& p, const PointsView& target, const SourcePoints& s,
   }
 }
 
-/** Of indices those that exist: every `stride`-th pixel both ways, or of a list as many. */
+/** Whether a source point is finite, with its normal where it has one. */
+bool
+isUsable(const PointsView& source, std::size_t index)
+{
+  const auto sum = [](const float* v) {
+    return std::abs(v[0]) + std::abs(v[1]) + std::abs(v[2]);
+  };
+  const std::size_t offset = index * source.stride;
+  return sum(source.xyz + offset) < 1e9f &&
+         (!source.normals || sum(source.normals + offset) < 4);
+}
+
+/** Of indices begin to end those of usable points: every `stride`-th pixel both ways, or of
+ * a list as many. */
 std::vector<int>
-everyOf(const std::vector<int>& indices, const PointsView& source, int stride)
+everyOf(const std::vector<int>& indices, std::size_t begin, std::size_t end,
+        const PointsView& source, int stride)
 {
   const bool is_grid = source.height > 1;
   const auto squared = static_cast<std::size_t>(stride * stride);
@@ -232,8 +248,8 @@ everyOf(const std::vector<int>& indices, const PointsView& source, int stride)
   int first_of_row = -source.width;
   bool takes_row = false;
   std::vector<int> chosen;
-  chosen.reserve(indices.size() / squared + takes_column.size() + 1);
-  for (std::size_t k = 0; k < indices.size(); ++k) {
+  chosen.reserve((end - begin) / squared + takes_column.size() + 1);
+  for (std::size_t k = begin; k < end; ++k) {
     const int i = indices[k];
     if (i < 0 || static_cast<std::size_t>(i) >= source.size)
       continue;
@@ -242,24 +258,11 @@ everyOf(const std::vector<int>& indices, const PointsView& source, int stride)
       first_of_row = row * source.width;
       takes_row = row % stride == stride / 2;
     }
-    if (is_grid ? takes_row && takes_column[i - first_of_row] : k % squared == 0)
+    if ((is_grid ? takes_row && takes_column[i - first_of_row] : k % squared == 0) &&
+        isUsable(source, static_cast<std::size_t>(i)))
       chosen.push_back(i);
   }
   return chosen;
-}
-
-/** Leaves the values where the mark is not negative. */
-template <typename T>
-void
-keepMarked(std::vector<T>& values, const std::vector<int>& marks)
-{
-  T* const data = values.data();
-  std::size_t count = 0;
-  for (std::size_t k = 0; k < marks.size(); ++k) {
-    data[count] = data[k];
-    count += marks[k] >= 0;
-  }
-  values.resize(count);
 }
 
 /** Median of the values in (0, limit) by a histogram, unset without any. */
@@ -296,35 +299,35 @@ SourcePoints
 selectSource(const AlignmentProblem& problem, int stride)
 {
   const PointsView& source = problem.source;
+  const std::vector<int>& indices = *problem.source_indices;
+  const int threads = resolveThreads(problem.num_threads);
+  std::vector<std::vector<int>> chosen((indices.size() + SELECTED - 1) / SELECTED);
+#pragma omp parallel for num_threads(threads) schedule(static)
+  for (std::size_t c = 0; c < chosen.size(); ++c)
+    chosen[c] = everyOf(indices, c * SELECTED,
+                        std::min(indices.size(), (c + 1) * SELECTED), source, stride);
   SourcePoints points;
-  points.index = everyOf(*problem.source_indices, source, stride);
-  std::vector<std::vector<float>*> lists{&points.x, &points.y, &points.z};
-  if (source.normals)
-    lists.insert(lists.end(), {&points.nx, &points.ny, &points.nz});
-  for (std::vector<float>* list : lists)
+  for (const std::vector<int>& part : chosen)
+    points.index.insert(points.index.end(), part.begin(), part.end());
+  for (std::vector<float>* list : {&points.x, &points.y, &points.z})
     list->resize(points.size());
-#pragma omp parallel for num_threads(resolveThreads(problem.num_threads)) schedule(static)
+  if (source.normals)
+    for (std::vector<float>* list : {&points.nx, &points.ny, &points.nz})
+      list->resize(points.size());
+#pragma omp parallel for num_threads(threads) schedule(static)
   for (std::size_t k = 0; k < points.size(); ++k) {
     const std::size_t offset = static_cast<std::size_t>(points.index[k]) * source.stride;
     const float* p = source.xyz + offset;
-    bool is_valid = std::abs(p[0]) + std::abs(p[1]) + std::abs(p[2]) < 1e9f;
     points.x[k] = p[0];
     points.y[k] = p[1];
     points.z[k] = p[2];
     if (source.normals) {
       const float* n = source.normals + offset;
-      is_valid = is_valid && std::abs(n[0]) + std::abs(n[1]) + std::abs(n[2]) < 4;
       points.nx[k] = n[0];
       points.ny[k] = n[1];
       points.nz[k] = n[2];
     }
-    if (!is_valid)
-      points.index[k] = -1;
   }
-  const std::vector<int> kept = points.index;
-  for (std::vector<float>* list : lists)
-    keepMarked(*list, kept);
-  keepMarked(points.index, kept);
   return points;
 }
 
@@ -334,7 +337,11 @@ matchByProjection(const AlignmentProblem& problem, const TargetGrid& target,
                   const Eigen::Vector3d& center, const MatchTolerance& tolerance,
                   Matches& matches)
 {
-  matches.resize(source.size());
+  // All entries are written: clearing those of the last iteration would be for the padding alone.
+  if (matches.size() < source.size() || matches.size() >= source.size() + LANES)
+    matches.resize(source.size());
+  for (std::size_t i = source.size(); i < matches.size(); ++i)
+    rejectMatch(matches, i);
   const Projection projection(target, pose, center, problem.noise, tolerance);
   const std::size_t chunks = (source.size() + CHUNK - 1) / CHUNK;
 #pragma omp parallel for num_threads(resolveThreads(problem.num_threads))              \
@@ -350,10 +357,11 @@ double
 robustScale(const Matches& matches)
 {
   std::vector<std::size_t> bins(4000);
+  const float *residual = matches.residual.data(), *inverse_sigma = matches.inverse_sigma.data();
   float largest = 0;
+#pragma omp simd reduction(max : largest)
   for (std::size_t i = 0; i < matches.size(); ++i)
-    largest =
-        std::max(largest, std::abs(matches.residual[i] * matches.inverse_sigma[i]));
+    largest = std::max(largest, std::abs(residual[i] * inverse_sigma[i]));
   const double width = std::max(1e-12, static_cast<double>(largest) / 3999);
   const float to_bin = static_cast<float>(1 / width);
   for (std::size_t i = 0; i < matches.size(); ++i)

@@ -26,10 +26,10 @@ larger(float a, float b)
 
 /** Samples that one view contributes to a row of the virtual image. */
 struct RowSamples {
-  std::vector<float> depth, weight, nx, ny, nz;
+  std::vector<float> inverse, depth, weight, nx, ny, nz;
 
   explicit RowSamples(std::size_t width)
-      : depth(width), weight(width), nx(width), ny(width), nz(width)
+      : inverse(width), depth(width), weight(width), nx(width), ny(width), nz(width)
   {
   }
 };
@@ -50,19 +50,21 @@ struct RowSums {
 void
 fetchRow(const Contribution& from, int row, int width, RowSamples& out)
 {
-  const int* source = from.warped.source.ptr<int>(row);
+  const WarpedPixel* pixels =
+      from.warped.data() + static_cast<std::ptrdiff_t>(row) * width;
   const cv::Vec3f* normals = from.view->normals.ptr<cv::Vec3f>();
   const float* weights = from.view->weight.ptr<float>();
-  float *weight = out.weight.data();
+  float *inverse = out.inverse.data(), *weight = out.weight.data();
   float *nx = out.nx.data(), *ny = out.ny.data(), *nz = out.nz.data();
   // All views together are more streams than the processor looks ahead of, hence the hints
   // for the next row.
   const int next = from.view->depth.cols;
   for (int u = 0; u < width; ++u) {
-    const int pixel = source[u] < 0 ? 0 : source[u];
+    const int pixel = pixels[u].source;
     __builtin_prefetch(weights + pixel + next);
     __builtin_prefetch(normals + pixel + next);
-    __builtin_prefetch(source + u + width);
+    __builtin_prefetch(pixels + u + width);
+    inverse[u] = pixels[u].inverse_depth;
     weight[u] = weights[pixel];
     nx[u] = normals[pixel][0];
     ny[u] = normals[pixel][1];
@@ -77,8 +79,7 @@ BUNDLE_ICP_SIMD void
 sampleRow(const Contribution& from, const CameraIntrinsics& camera, int row,
           RowSamples& out)
 {
-  const float* inverse = from.warped.inverse_depth.ptr<float>(row);
-  const int* source = from.warped.source.ptr<int>(row);
+  const float* inverse = out.inverse.data();
   const Eigen::Matrix3f& R = from.rotation;
   const float r00 = R(0, 0), r01 = R(0, 1), r02 = R(0, 2), r10 = R(1, 0), r11 = R(1, 1),
               r12 = R(1, 2), r20 = R(2, 0), r21 = R(2, 1), r22 = R(2, 2);
@@ -92,11 +93,10 @@ sampleRow(const Contribution& from, const CameraIntrinsics& camera, int row,
   for (int u = 0; u < camera.width; ++u) {
     // Loaded whether needed or not: a loop without branches is one for vector
     // instructions.
-    const int from_pixel = source[u];
     const float inverse_z = inverse[u], full_weight = weight[u];
     const float a = nx[u], b = ny[u], c = nz[u];
     const float x = (static_cast<float>(u) - cx) * scale;
-    const float divisor = from_pixel < 0 ? 1.0f : inverse_z;
+    const float divisor = inverse_z > 0 ? inverse_z : 1.0f;
     const float z = 1 / divisor;
     const float n0 = r00 * a + r01 * b + r02 * c;
     const float n1 = r10 * a + r11 * b + r12 * c;
@@ -108,7 +108,7 @@ sampleRow(const Contribution& from, const CameraIntrinsics& camera, int row,
     const float ratio = along_virtual / along_view;
     const float gain = ratio < 2 ? ratio : 2.0f;
     const float facing = larger(along_virtual, along_view);
-    const bool seen = (from_pixel >= 0) & (facing < 0);
+    const bool seen = (inverse_z > 0) & (facing < 0);
     const float scaled = full_weight * gain * gain;
     depth[u] = seen ? z : FAR_AWAY;
     weight[u] = seen ? scaled : 0.0f;

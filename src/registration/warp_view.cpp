@@ -7,6 +7,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <utility>
 #include <vector>
 
 namespace bundle_icp {
@@ -19,6 +21,8 @@ constexpr float MAX_CELL = 24;
 /** Smallest area of a cell [px^2]: a sliver carries no depth; negative means seen from
  * behind. */
 constexpr float MIN_AREA = 1e-4f;
+/** Cells from now whose pixel is fetched ahead of use. */
+constexpr std::size_t PREFETCHED = 48;
 /** Overlap of neighbouring cells, as a share of a cell: closes the seams that rounding
  * opens. */
 constexpr float SEAM = 2e-3f;
@@ -103,54 +107,49 @@ struct Vertex {
 class Target {
 public:
   Target(const CameraIntrinsics& camera, const VirtualDepthOptions& options)
-      : width(camera.width), height(camera.height), inverse(height, width, CV_32F),
-        source(height, width, CV_32S), count_(height, width, CV_32F),
+      : width(camera.width), height(camera.height),
+        pixels(static_cast<std::size_t>(width) * static_cast<std::size_t>(height)),
+        averaged_(pixels.size()),
         constant_(static_cast<float>(options.merge_sigmas * options.noise.constant)),
         quadratic_(static_cast<float>(options.merge_sigmas * options.noise.quadratic)),
         offset_(static_cast<float>(options.noise.offset))
   {
-    inverse.setTo(0);
-    source.setTo(-1);
-    count_.setTo(0);
   }
 
   /** Noise folds a mesh that is seen from aside, so that a pixel meets its surface
    * several times. These are averaged: taking the nearest would pull the surface to the
    * camera. */
   void
-  add(int index, float inverse_z, int pixel)
+  add(int index, float inverse_z, int source)
   {
     const std::size_t at = static_cast<std::size_t>(index);
-    float& held = inverse_[at];
-    float& count = counts_[at];
-    if (held == 0) {
-      held = inverse_z;
-      count = 1;
-      source_[at] = pixel;
+    WarpedPixel& pixel = pixels[at];
+    if (pixel.inverse_depth == 0) {
+      pixel = {inverse_z, source};
       return;
     }
+    const float held = pixel.inverse_depth;
     const float nearest = std::max(held, inverse_z), d = 1 / nearest - offset_;
     // sigma(z) / z^2 is the standard deviation of inverse depth.
     const float tolerance = (constant_ + quadratic_ * d * d) * nearest * nearest;
     if (std::abs(inverse_z - held) <= tolerance) {
-      count += 1;
-      held += (inverse_z - held) / count;
+      std::uint8_t& averaged = averaged_[at];
+      averaged += averaged < MAX_AVERAGED;
+      pixel.inverse_depth += (inverse_z - held) / static_cast<float>(averaged + 1);
     }
     else if (inverse_z > held) {
-      held = inverse_z;
-      count = 1;
-      source_[at] = pixel;
+      pixel = {inverse_z, source};
+      averaged_[at] = 0;
     }
   }
 
   const int width, height;
-  cv::Mat inverse, source;
+  WarpedView pixels;
 
 private:
-  cv::Mat count_;
-  float* inverse_ = inverse.ptr<float>();
-  float* counts_ = count_.ptr<float>();
-  int* source_ = source.ptr<int>();
+  static constexpr std::uint8_t MAX_AVERAGED = 254;
+
+  std::vector<std::uint8_t> averaged_; // with the value first held
   float constant_, quadratic_, offset_;
 };
 
@@ -176,10 +175,11 @@ struct RowCells {
   std::vector<int> index;  // pixel that is met, -1 = none
   std::vector<int> source;
   std::vector<float> inverse_z;
+  std::vector<int> hits, others; // quads of one pixel that meet it; those of several
 
   explicit RowCells(std::size_t width)
       : u0(width), u1(width), v0(width), v1(width), single(width), index(width),
-        source(width), inverse_z(width)
+        source(width), inverse_z(width), hits(width), others(width)
   {
   }
 };
@@ -326,40 +326,56 @@ vertex(const VertexRow& row, int column)
   return {row.u[c], row.v[c], row.inverse_z[c]};
 }
 
-/** Cells between two rows of vertices. Where one of four vertices lies on another
+/** A cell that may meet several pixels. Where one of four vertices lies on another
  * surface, the triangle of the other three remains; from its corner, `b` follows `a`
  * clockwise. */
 void
-renderBetween(const VertexRow& top, const VertexRow& bottom, int row, int width,
-              const RowCells& cells, Target& target)
+renderOther(const VertexRow& top, const VertexRow& bottom, int row, int width, int c,
+            const RowCells& cells, Target& target)
 {
+  const std::size_t i = static_cast<std::size_t>(c);
+  const Box box{cells.u0[i], cells.u1[i], cells.v0[i], cells.v1[i]};
+  const bool t = top.link_right[i] > 0, b = bottom.link_right[i] > 0;
+  const bool l = top.link_down[i] > 0, r = top.link_down[i + 1] > 0;
+  const int pixel = row * width + c;
+  const Vertex v00 = vertex(top, c), v10 = vertex(top, c + 1);
+  const Vertex v01 = vertex(bottom, c), v11 = vertex(bottom, c + 1);
+  if (t && b && l && r)
+    renderCell({v00, v10, v01, v11, true, pixel, 1, width}, box, target);
+  else if (t && l)
+    renderCell({v00, v10, v01, v11, false, pixel, 1, width}, box, target);
+  else if (t && r)
+    renderCell({v10, v11, v00, v01, false, pixel + 1, width, -1}, box, target);
+  else if (b && r)
+    renderCell({v11, v01, v10, v00, false, pixel + 1 + width, -1, -width}, box, target);
+  else if (b && l)
+    renderCell({v01, v00, v11, v10, false, pixel + width, -width, 1}, box, target);
+}
+
+/** Cells between two rows of vertices. Which of them meet a pixel is as good as random:
+ * listed first, they cost no mispredicted branch. */
+void
+renderBetween(const VertexRow& top, const VertexRow& bottom, int row, int width,
+              RowCells& cells, Target& target)
+{
+  std::size_t hits = 0, others = 0;
   for (int c = 0; c + 1 < width; ++c) {
     const std::size_t i = static_cast<std::size_t>(c);
-    if (cells.single[i]) {
-      if (cells.index[i] >= 0)
-        target.add(cells.index[i], cells.inverse_z[i], cells.source[i]);
-      continue;
-    }
-    const Box box{cells.u0[i], cells.u1[i], cells.v0[i], cells.v1[i]};
-    if (box.u0 > box.u1)
-      continue;
-    const bool t = top.link_right[i] > 0, b = bottom.link_right[i] > 0;
-    const bool l = top.link_down[i] > 0, r = top.link_down[i + 1] > 0;
-    const int pixel = row * width + c;
-    const Vertex v00 = vertex(top, c), v10 = vertex(top, c + 1);
-    const Vertex v01 = vertex(bottom, c), v11 = vertex(bottom, c + 1);
-    if (t && b && l && r)
-      renderCell({v00, v10, v01, v11, true, pixel, 1, width}, box, target);
-    else if (t && l)
-      renderCell({v00, v10, v01, v11, false, pixel, 1, width}, box, target);
-    else if (t && r)
-      renderCell({v10, v11, v00, v01, false, pixel + 1, width, -1}, box, target);
-    else if (b && r)
-      renderCell({v11, v01, v10, v00, false, pixel + 1 + width, -1, -width}, box,
-                 target);
-    else if (b && l)
-      renderCell({v01, v00, v11, v10, false, pixel + width, -width, 1}, box, target);
+    const bool single = cells.single[i] != 0;
+    const bool empty = (cells.u0[i] > cells.u1[i]) | (cells.v0[i] > cells.v1[i]);
+    cells.hits[hits] = cells.others[others] = c;
+    hits += single & (cells.index[i] >= 0);
+    others += !single & !empty;
   }
+  for (std::size_t k = 0; k < hits; ++k) {
+    const std::size_t ahead = std::min(k + PREFETCHED, hits - 1);
+    __builtin_prefetch(&target.pixels[static_cast<std::size_t>(
+        cells.index[static_cast<std::size_t>(cells.hits[ahead])])]);
+    const std::size_t i = static_cast<std::size_t>(cells.hits[k]);
+    target.add(cells.index[i], cells.inverse_z[i], cells.source[i]);
+  }
+  for (std::size_t k = 0; k < others; ++k)
+    renderOther(top, bottom, row, width, cells.others[k], cells, target);
 }
 
 } // namespace
@@ -389,7 +405,7 @@ warpView(const DepthView& view, const CameraIntrinsics& camera,
     }
     std::swap(top, bottom);
   }
-  return {target.inverse, target.source};
+  return std::move(target.pixels);
 }
 
 } // namespace bundle_icp

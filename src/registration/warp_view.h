@@ -4,15 +4,18 @@
 
 #include <bundle_icp/registration/virtual_depth.h>
 
-#include <cstdint>
+#include <vector>
 
 namespace bundle_icp {
 
-/** What one registered view shows in the virtual camera. */
-struct WarpedView {
-  cv::Mat inverse_depth; ///< CV_32F [1/m], of the nearest surface; 0 = nothing seen
-  cv::Mat source;        ///< CV_32S, nearest pixel of the view (row * width + column)
+/** What one registered view shows in one pixel of the virtual camera. */
+struct WarpedPixel {
+  float inverse_depth; ///< [1/m], of the nearest surface; 0 = nothing seen
+  int source;          ///< nearest pixel of the view (row * width + column)
 };
+
+/** The same for the whole image, row by row. */
+using WarpedView = std::vector<WarpedPixel>;
 
 /** Renders the mesh of a depth view into the virtual camera. Neighbouring pixels of one
  *  surface span the mesh, so it has no holes between samples and none of it bridges an
