@@ -372,6 +372,35 @@ robustScale(const Matches& matches)
   return 1.4826 * histogramMedian(bins, width);
 }
 
+Meeting
+meetingByProjection(const TargetGrid& target, const SourcePoints& source, const Pose& pose,
+                    const Matches& matches, double scale)
+{
+  const Pose virtual_from_world = target.world_from_virtual.inverse();
+  const CameraIntrinsics& camera = target.camera;
+  Meeting meeting;
+  for (std::size_t i = 0; i < source.size(); ++i) {
+    if (matches.target[i] >= 0 &&
+        std::abs(static_cast<double>(matches.residual[i] * matches.inverse_sigma[i])) <= 3 * scale) {
+      meeting.near += 1;
+      continue;
+    }
+    const Eigen::Vector3d p =
+        virtual_from_world * (pose * Eigen::Vector3d(source.x[i], source.y[i], source.z[i]));
+    if (!(p.z() > 0))
+      continue;
+    const Eigen::Vector2d pixel = camera.project(p).array().round();
+    if (!(pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() < camera.width && pixel.y() < camera.height))
+      continue;
+    const auto index = static_cast<std::size_t>(pixel.y() * camera.width + pixel.x());
+    const Eigen::Vector3f seen =
+        Eigen::Map<const Eigen::Vector3f>(target.points.xyz + index * target.points.stride);
+    if (const double z = (virtual_from_world * seen.cast<double>()).z(); std::isfinite(z))
+      meeting.against += p.z() < z ? 2 : 1;
+  }
+  return meeting;
+}
+
 double
 rmsError(const Matches& matches)
 {

@@ -13,6 +13,7 @@ struct SourcePoints {
   std::vector<float> x, y, z;
   std::vector<float> nx, ny, nz; ///< empty without normals
   std::vector<int> index;        ///< in the source cloud
+  int stride = 1;                ///< every so many pixels of it, both ways
   double patch = 1; ///< how many of these points share the noise of one measurement
 
   std::size_t
@@ -76,6 +77,19 @@ matchByProjection(const AlignmentProblem& problem, const TargetGrid& target,
                   const Eigen::Vector3d& center, const MatchTolerance& tolerance,
                   Matches& matches);
 
+/** How well the clouds meet at a pose. */
+struct Meeting {
+  double near = 0;    ///< source points on the target
+  double against = 0; ///< weight of those that say that the pose is wrong
+};
+
+/** By projection: near is within three (scaled) sigma of the surface that is seen there. What lies elsewhere
+ * where the target's camera measured is against it: it may be hidden behind what is seen, but in front
+ * of it, where the camera saw through, counts twice. */
+Meeting
+meetingByProjection(const TargetGrid& target, const SourcePoints& source, const Pose& pose,
+                    const Matches& matches, double scale);
+
 /** Ratio of observed to expected standard deviation: 1.4826 times the median of |r| /
  * sigma. */
 double
@@ -85,7 +99,16 @@ robustScale(const Matches& matches);
 double
 rmsError(const Matches& matches);
 
-/** Sums the normal equations with Tukey's biweight at 4.685 `scale`. */
+/** Tukey's biweight of a normalised residual. */
+constexpr double
+robustWeight(double error)
+{
+  constexpr double CUTOFF = 4.685;
+  const double inside = 1 - error * error / (CUTOFF * CUTOFF);
+  return inside > 0 ? inside * inside : 0;
+}
+
+/** Sums the normal equations with Tukey's biweight at `scale`. */
 DenseSystem
 accumulate(const Matches& matches, double scale, int num_threads);
 

@@ -195,4 +195,30 @@ NearestMatcher::match(const SourcePoints& source, const Pose& pose,
     fillPoints(source.size(), center, matches);
 }
 
+Meeting
+NearestMatcher::meeting(const SourcePoints& source, const Matches& m,
+                         const Eigen::Vector3d& center) const
+{
+  const Eigen::Vector3f about = center.cast<float>();
+  std::size_t near = 0, against = 0;
+#pragma omp parallel num_threads(resolveThreads(problem_.num_threads)) reduction(+ : near, against)
+  {
+    std::vector<int> ring;
+#pragma omp for schedule(static)
+    for (std::size_t i = 0; i < source.size(); ++i) {
+      if (m.target[i] < 0)
+        continue;
+      const Eigen::Vector3f q = pointAt(problem_.target, m.target[i]);
+      problem_.nearest(q.data(), 5, ring);
+      if (ring.empty())
+        continue;
+      const float limit = 2 * (pointAt(problem_.target, ring.back()) - q).norm();
+      const float distance = (Eigen::Vector3f(m.px[i], m.py[i], m.pz[i]) + about - q).norm();
+      near += distance <= limit ? 1 : 0;
+      against += distance > limit && distance <= 3 * limit ? 1 : 0;
+    }
+  }
+  return {static_cast<double>(near), 3 * static_cast<double>(against)};
+}
+
 } // namespace bundle_icp

@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "normal_equations.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
@@ -10,6 +11,26 @@ namespace bundle_icp {
 namespace {
 /** Normalised distance beyond which a correspondence is an outlier. */
 constexpr double OUTLIER_SIGMAS = 4;
+/** Fewer tiles do not show how errors scatter. */
+constexpr double MIN_TILES = 12;
+/** Of a measurement, over that which the noise model expects. */
+constexpr double LEAST_VARIANCE = 0.25;
+
+/** -H^-1 g along the directions that H holds. */
+Vector6d
+minimum(const Matrix6d& H, const Vector6d& g)
+{
+  const Eigen::SelfAdjointEigenSolver<Matrix6d> solver(H);
+  const double smallest = 1e-9 * solver.eigenvalues()[5];
+  Vector6d step = Vector6d::Zero();
+  for (int k = 0; k < 6; ++k)
+    if (solver.eigenvalues()[k] > smallest) {
+      const Vector6d direction = solver.eigenvectors().col(k);
+      step -= direction * (direction.dot(g) / solver.eigenvalues()[k]);
+    }
+  return step;
+}
+
 } // namespace
 
 VisualSystem
@@ -64,18 +85,36 @@ solve(const DenseSystem& dense, double variance_factor, const VisualSystem& visu
     else
       step.degenerate.push_back((S * direction).normalized());
   }
-  const Matrix6d total = held * H * held + S * visual.H * S;
-  const Vector6d gradient = held * (S * (dense.g / variance_factor)) + S * visual.g;
-  const Eigen::SelfAdjointEigenSolver<Matrix6d> solver(total);
-  const double smallest = 1e-9 * solver.eigenvalues()[5];
-  for (int k = 0; k < 6; ++k)
-    if (solver.eigenvalues()[k] > smallest) {
-      const Vector6d direction = solver.eigenvectors().col(k);
-      step.delta -= S * direction * (direction.dot(gradient) / solver.eigenvalues()[k]);
-    }
+  const Matrix6d dense_H = held * (observability.misaligned ? H : structure) * held;
+  const Vector6d dense_g = held * (S * (dense.g / variance_factor));
+  step.dense_delta = S * minimum(dense_H, dense_g);
+  step.delta = S * minimum(dense_H + S * visual.H * S, dense_g + S * visual.g);
   const Vector6d back = unit.cwiseInverse();
-  step.information = back.asDiagonal() * total * back.asDiagonal();
+  step.information = back.asDiagonal() * dense_H * back.asDiagonal();
   return step;
+}
+
+Matrix6d
+robustInformation(const Matrix6d& information, double variance_factor,
+                  const std::vector<Vector6d>& gradients)
+{
+  const auto count = static_cast<double>(gradients.size());
+  const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(information);
+  const Eigen::Index held =
+      (eigen.eigenvalues().array() > 1e-9 * eigen.eigenvalues()[5]).count();
+  if (count < MIN_TILES || held == 0)
+    return information;
+  const Eigen::MatrixXd basis = eigen.eigenvectors().rightCols(held);
+  const Eigen::MatrixXd H = variance_factor * basis.transpose() * information * basis;
+  // No data are as exact as those that agree by chance.
+  Eigen::MatrixXd M = LEAST_VARIANCE * H;
+  // Six gradients' worth went into the pose.
+  for (const Vector6d& gradient : gradients) {
+    const Eigen::VectorXd g = basis.transpose() * gradient;
+    M += count / (count - 6) * g * g.transpose();
+  }
+  const Matrix6d result = basis * (H * M.ldlt().solve(H)) * basis.transpose();
+  return 0.5 * (result + result.transpose());
 }
 
 } // namespace bundle_icp

@@ -37,8 +37,8 @@ struct Observability {
 /** A Gauss-Newton step about the centre, without the directions that nothing holds. */
 struct Step {
   Vector6d delta = Vector6d::Zero();
-  Matrix6d information =
-      Matrix6d::Zero();             ///< of dense terms where they hold, and visual ones
+  Vector6d dense_delta = Vector6d::Zero();   ///< that of dense terms alone
+  Matrix6d information = Matrix6d::Zero(); ///< of dense terms where they hold
   std::vector<Vector6d> degenerate; ///< directions that the surfaces do not hold
 };
 
@@ -47,5 +47,15 @@ struct Step {
 Step
 solve(const DenseSystem& dense, double variance_factor, const VisualSystem& visual,
       const Observability& observability);
+
+/** The information that dense terms hold indeed: the inverse of the cluster-robust ("sandwich")
+ * covariance (Liang and Zeger 1986), H^-1 M H^-1, where M is the scatter of gradients that are
+ * independent of each other. Unlike H it knows of errors that pixels share, and of structures that
+ * are known worse than the rest.
+ *  \param information of the step that is left, that is H / variance_factor, where the pose is held
+ *  \param gradients of H's terms by tile; with less than a dozen `information` itself is returned */
+Matrix6d
+robustInformation(const Matrix6d& information, double variance_factor,
+                  const std::vector<Vector6d>& gradients);
 
 } // namespace bundle_icp

@@ -10,6 +10,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <numeric>
 
 namespace bundle_icp {
 namespace {
@@ -36,6 +38,12 @@ constexpr double COARSE_BUDGET = 0.15, ALL_COARSE_BUDGET = 0.75;
 /** Observed noise counts as at least this share of the model's: residuals of exact data
  * must not declare every curvature an outlier. */
 constexpr double MIN_SCALE = 0.25;
+/** Nor does more of it than this make points lie on the target that are far from it. */
+constexpr double LARGEST_SCALE = 2;
+/** Clouds meet when at least this share of the source lies on the target, and more speaks for the pose than
+ * against it. On pairs of three recordings, right poses have an agreement of 0.53 and more, wrong ones that
+ * ICP was led to 0.45 and less. */
+constexpr double MIN_OVERLAP = 0.1, MIN_AGREEMENT = 0.5;
 /** The virtual depth is rendered anew when the pose has moved further than this. */
 constexpr double RENDER_DISTANCE = 0.02, RENDER_ANGLE = 2 * M_PI / 180;
 constexpr int MAX_RENDERINGS = 4;
@@ -45,10 +53,18 @@ constexpr double CORRELATED_PIXELS = 81, CORRELATED_FOCAL = 525;
  * [m]. */
 constexpr double MAX_DEVIATION = 0.02;
 
+/** A small motion about a centre instead of the origin. */
+Pose
+about(const Eigen::Vector3d& center, const Vector6d& delta)
+{
+  const Eigen::Translation3d to_center(center);
+  return to_center * increment(delta) * to_center.inverse();
+}
+
 class Aligner {
 public:
-  Aligner(const AlignmentProblem& problem, const Pose& guess)
-      : problem_(problem), nearest_(problem), pose_(guess)
+  Aligner(const AlignmentProblem& problem, const Pose& start)
+      : problem_(problem), nearest_(problem), pose_(start), initial_pose_(start)
   {
   }
 
@@ -60,13 +76,12 @@ private:
     DenseSystem dense;
     VisualSystem visual;
     double scale = 1;
+    double variance = 1; ///< by which dense terms overstate their information
     Step step;
   };
 
   bool
   prepare();
-  void
-  startFromVisualEvidence();
   bool
   renderAgain();
   void
@@ -89,39 +104,31 @@ private:
   iterate(const Evaluation& at);
   void
   notify() const;
+  std::vector<Vector6d>
+  tileGradients(double scale) const;
   void
   report(const Evaluation& at);
   bool
   breaksVisualEvidence() const;
+  bool
+  hasVisualEvidence() const
+  {
+    return !problem_.visual.source.empty();
+  }
 
   const AlignmentProblem& problem_;
   NearestMatcher nearest_;
   std::optional<TargetGrid> grid_;
-  std::optional<VisualPose> visual_pose_;
   std::vector<SourcePoints> levels_;
   std::size_t level_ = 0;
   const SourcePoints* source_ = nullptr;
   MatchTolerance tolerance_;
   Matches matches_;
-  Pose pose_, initial_pose_ = Pose::Identity();
+  Pose pose_, initial_pose_;
   Eigen::Vector3d center_ = Eigen::Vector3d::Zero();
   double length_ = 1, mean_squared_ = -1;
   Alignment out_;
 };
-
-void
-Aligner::startFromVisualEvidence()
-{
-  visual_pose_ = estimateVisualPose(problem_.visual);
-  if (visual_pose_) {
-    pose_ = visual_pose_->world_from_source;
-    out_.result.visual_initial_pose = true;
-  }
-  else if (!problem_.visual.source.empty())
-    PCL_DEBUG(
-        "[bundle_icp::BundleICP::align] %zu visual correspondences support no pose\n",
-        problem_.visual.source.size());
-}
 
 bool
 Aligner::renderAgain()
@@ -160,6 +167,7 @@ Aligner::selectLevels()
   for (const int wanted : {4 * last, 2 * last, last}) {
     const int stride = std::min(wanted, sparsest);
     SourcePoints level = selectSource(problem_, stride);
+    level.stride = stride;
     level.patch =
         std::max(1.0, CORRELATED_PIXELS * std::pow(focal / CORRELATED_FOCAL, 2) /
                           (stride * stride));
@@ -181,8 +189,7 @@ Aligner::prepare()
                reason.c_str());
   }
   out_.result.projective = grid_.has_value();
-  startFromVisualEvidence();
-  initial_pose_ = pose_;
+  out_.result.visual_initial_pose = hasVisualEvidence();
   selectLevels();
   const SourcePoints& all = levels_.back();
   if (all.size() == 0)
@@ -220,8 +227,8 @@ Aligner::evaluate()
   Evaluation at;
   at.scale = std::max(smallestScale(), robustScale(matches_));
   at.dense = accumulate(matches_, at.scale, problem_.num_threads);
-  if (visual_pose_)
-    at.visual = accumulateVisual(problem_.visual, pose_, center_, visual_pose_->scale);
+  if (hasVisualEvidence())
+    at.visual = accumulateVisual(problem_.visual, pose_, center_, problem_.visual_scale);
   Observability observability;
   observability.length = length_;
   observability.misaligned = level_ + 1 < levels_.size();
@@ -229,7 +236,8 @@ Aligner::evaluate()
     observability.max_deviation = MAX_DEVIATION;
   // Better residuals than the model expects are no reason to trust them more.
   const double noise = grid_ ? std::max(1.0, at.scale) : at.scale;
-  at.step = solve(at.dense, source_->patch * noise * noise, at.visual, observability);
+  at.variance = source_->patch * noise * noise;
+  at.step = solve(at.dense, at.variance, at.visual, observability);
   return at;
 }
 
@@ -247,9 +255,7 @@ Aligner::converged(const Pose& motion, std::size_t level) const
 void
 Aligner::iterate(const Evaluation& at)
 {
-  Pose about = Pose::Identity();
-  about.translation() = center_;
-  out_.last_step = about * increment(at.step.delta) * about.inverse();
+  out_.last_step = about(center_, at.step.delta);
   pose_ = closestPose((out_.last_step * pose_).matrix());
   ++out_.result.iterations;
   if (problem_.on_iteration)
@@ -296,7 +302,7 @@ Aligner::approach()
   const Pose start = pose_;
   Pose best = start;
   double best_overlap = -1;
-  const double limit = visual_pose_ ? std::min(VISUAL_MISALIGNMENT, problem_.max_misalignment)
+  const double limit = hasVisualEvidence() ? std::min(VISUAL_MISALIGNMENT, problem_.max_misalignment)
                                     : problem_.max_misalignment;
   for (const float misalignment : MISALIGNMENTS) {
     if (grid_ && misalignment > float(limit))
@@ -351,28 +357,58 @@ Aligner::runLevel(std::size_t level, float misalignment)
 bool
 Aligner::breaksVisualEvidence() const
 {
-  if (!visual_pose_)
+  if (!hasVisualEvidence())
     return false;
   const VisualSystem before =
-      accumulateVisual(problem_.visual, initial_pose_, center_, visual_pose_->scale);
+      accumulateVisual(problem_.visual, initial_pose_, center_, problem_.visual_scale);
   const VisualSystem after =
-      accumulateVisual(problem_.visual, pose_, center_, visual_pose_->scale);
+      accumulateVisual(problem_.visual, pose_, center_, problem_.visual_scale);
   return after.cost > 1.3 * before.cost + 20 ||
          static_cast<double>(after.inliers) < 0.7 * static_cast<double>(before.inliers);
+}
+
+/** Gradients of the dense terms, summed over tiles of the image: neighbouring pixels share errors, of the
+ * camera and of the surface that they are compared with. */
+std::vector<Vector6d>
+Aligner::tileGradients(double scale) const
+{
+  constexpr int SIDE = 16; // samples; errors reach less far
+  const int width = problem_.source.width, side = SIDE * source_->stride;
+  std::map<int, Vector6d> tiles;
+  for (std::size_t i = 0; i < source_->size(); ++i) {
+    const double inverse = matches_.inverse_sigma[i], e = matches_.residual[i] * inverse;
+    const double weight = robustWeight(e / scale);
+    if (matches_.target[i] < 0 || weight == 0)
+      continue;
+    const Eigen::Vector3d p(matches_.px[i], matches_.py[i], matches_.pz[i]);
+    const Eigen::Vector3d n(matches_.nx[i], matches_.ny[i], matches_.nz[i]);
+    const int column = source_->index[i] % width / side, row = source_->index[i] / width / side;
+    Vector6d& gradient = tiles.try_emplace(row * width + column, Vector6d::Zero()).first->second;
+    gradient.head<3>() += weight * e * inverse * p.cross(n);
+    gradient.tail<3>() += weight * e * inverse * n;
+  }
+  std::vector<Vector6d> gradients;
+  for (const auto& [tile, gradient] : tiles)
+    gradients.push_back(gradient);
+  return gradients;
 }
 
 void
 Aligner::report(const Evaluation& at)
 {
   BundleICPResult& result = out_.result;
-  const std::size_t used =
-      matches_.size() >= 3 * source_->size() ? 3 * source_->size() : source_->size();
-  result.inliers = at.dense.inliers * source_->size() / std::max<std::size_t>(1, used);
-  result.overlap = static_cast<double>(at.dense.inliers) / static_cast<double>(used);
+  const Meeting meeting = grid_ ? meetingByProjection(*grid_, *source_, pose_, matches_,
+                                                      std::min(at.scale, LARGEST_SCALE))
+                                : nearest_.meeting(*source_, matches_, center_);
+  result.inliers = static_cast<std::size_t>(meeting.near);
+  result.overlap = meeting.near / static_cast<double>(source_->size());
+  result.agreement = meeting.near / std::max(1.0, meeting.near + meeting.against);
+  if (hasConverged(result.status) &&
+      (result.overlap < MIN_OVERLAP || result.agreement < MIN_AGREEMENT))
+    result.status = BundleICPStatus::NO_OVERLAP;
   result.rmse = std::sqrt(at.dense.squared_inliers /
                           std::max<double>(1, static_cast<double>(result.inliers)));
-  const VisualSystem visual = accumulateVisual(problem_.visual, pose_, center_,
-                                               visual_pose_ ? visual_pose_->scale : 1);
+  const VisualSystem visual = accumulateVisual(problem_.visual, pose_, center_, problem_.visual_scale);
   result.visual_inliers = visual.inliers;
   result.visual_rmse =
       std::sqrt(visual.squared_inliers /
@@ -381,10 +417,14 @@ Aligner::report(const Evaluation& at)
   Matrix6d to_center = Matrix6d::Identity(), to_origin = to_center;
   to_center.bottomLeftCorner<3, 3>() = -crossMatrix(center_);
   to_origin.bottomLeftCorner<3, 3>() = crossMatrix(center_);
-  result.information = to_center.transpose() * at.step.information * to_center;
+  const Matrix6d information =
+      grid_ ? robustInformation(at.step.information, at.variance, tileGradients(at.scale))
+            : at.step.information;
+  result.information = to_center.transpose() * information * to_center;
   for (const Vector6d& direction : at.step.degenerate)
     result.degenerate_directions.push_back((to_origin * direction).normalized());
   out_.world_from_source = pose_;
+  result.dense_pose = about(center_, at.step.dense_delta) * pose_;
 }
 
 Alignment
@@ -425,14 +465,20 @@ Aligner::run()
 } // namespace
 
 Alignment
-alignPoints(const AlignmentProblem& problem, const Pose& guess)
+alignPoints(const AlignmentProblem& problem, const Pose& start)
 {
   AlignmentProblem usable = problem;
+  std::vector<int> all;
+  if (!usable.source_indices) {
+    all.resize(usable.source.size);
+    std::iota(all.begin(), all.end(), 0);
+    usable.source_indices = &all;
+  }
   if (!hasUnitNormals(usable.source))
     usable.source.normals = nullptr;
   if (!hasUnitNormals(usable.target))
     usable.target.normals = nullptr;
-  return Aligner(usable, guess).run();
+  return Aligner(usable, start).run();
 }
 
 } // namespace bundle_icp

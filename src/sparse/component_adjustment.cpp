@@ -60,7 +60,7 @@ ComponentAdjuster::findMotions(SparseModel& model, int component) const
       others.push_back(i);
   std::vector<FrameRegistration> slots(others.size());
   parallelFor(others.size(), options_.num_threads, {}, [&](std::size_t k) {
-    slots[k] = registrar_.registerVisually(model, others[k], component);
+    slots[k] = registrar_.registerVisually(model, registrar_.newFrame(model, others[k], component, 1));
   });
   for (std::size_t k = 0; k < others.size(); ++k)
     if (slots[k].report.registered)

@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "sparse/frame_registration.h"
 
+#include "registration/depth_alignment.h"
 #include "sparse/pnp_pose.h"
 
 #include <opencv2/core.hpp>
@@ -13,9 +14,6 @@
 
 namespace bundle_icp {
 namespace {
-
-using Cloud = pcl::PointCloud<pcl::PointXYZRGBNormal>;
-using DenseBundleICP = BundleICP<pcl::PointXYZRGBNormal, pcl::PointXYZRGBNormal>;
 
 std::vector<cv::Point2d>
 pixelsOf(const Features& features, const std::vector<int>& indices)
@@ -80,16 +78,6 @@ withSharedError(const Matrix6d& independent,
   return 0.5 * (result + result.transpose());
 }
 
-/** Covariance of a camera's rotation and position, from the information on motions that are
- *  applied on the left of its pose and so turn it about the world's origin. */
-Matrix6d
-covarianceOf(const Matrix6d& information, const Eigen::Vector3d& position)
-{
-  Matrix6d pivoted = Matrix6d::Identity();
-  pivoted.bottomLeftCorner<3, 3>() = -crossMatrix(position);
-  return pivoted * (information + PRIOR_INFORMATION * Matrix6d::Identity()).inverse() * pivoted.transpose();
-}
-
 /** Information of a dense term on motions of either image that are applied on the left of its pose
  *  in the world, while the other stays: the adjoint of first_from_world takes them to the first
  *  camera's frame, where the term holds its own. */
@@ -131,17 +119,64 @@ FrameRegistrar::registeredNeighbours(const SparseModel& model,
   return neighbours;
 }
 
-VisualCorrespondences
-FrameRegistrar::findCorrespondences(const SparseModel& model,
-                                    std::size_t image,
-                                    const std::vector<Neighbour>& neighbours,
-                                    std::vector<int>& own_features) const
+NewFrame
+FrameRegistrar::newFrame(const SparseModel& model,
+                         std::size_t image,
+                         int component,
+                         int num_threads) const
 {
-  VisualCorrespondences visual;
-  const CameraIntrinsics& camera = graph_.camera();
+  NewFrame frame{image, registeredNeighbours(model, image, component), {}, num_threads};
+  if (!options_.visual_start)
+    frame.guess = model.worldFromCamera(frame.neighbours.front().image);
+  return frame;
+}
+
+FrameRegistration
+FrameRegistrar::bundleICP(const SparseModel& model, const NewFrame& frame) const
+{
+  // 1: M_reg,new = Find Correspondence Point(I_reg, I_new)
+  const Correspondences matches = findCorrespondences(model, frame);
+  // 2: T*_new = argmin sum |T_i^w X_i,m - T_new^w X_new,n|^2
+  ImageRegistration report;
+  const std::optional<VisualPose> initial = initialPose(frame, matches, report);
+  if (!initial && !frame.guess)
+    return {{}, {}, {}, report};
+  const Pose start = initial ? initial->world_from_source : *frame.guess;
+  const FrameRegistration visual = adjusted(model, frame.image, matches, {start}, report);
+  if (initial && !canDepthImprove(frame.image, visual))
+    return visual;
+  // 3 to 7: I_vir^d = Virtual Depth(T*_new, I_reg^d), then, until T*_new stays, A_a =
+  // Compute_Closest_Points(T*_new, I_vir^d, I_new^d) and T*_new = Optimized_Alignment(T*_new, ...)
+  const Alignment dense =
+      alignToVirtualDepth(model, frame, matches, initial ? initial->scale : 1, start);
+  // The verdict: what both say together, if depth says anything
+  report.icp_rmse = dense.result.rmse;
+  if (!isEvidence(dense.result, report))
+    return initial ? visual : FrameRegistration{{}, {}, {}, report};
+  return adjusted(model, frame.image, matches, denseEvidence(model, frame.image, dense.result), report);
+}
+
+FrameRegistration
+FrameRegistrar::registerVisually(const SparseModel& model, const NewFrame& frame) const
+{
+  const Correspondences matches = findCorrespondences(model, frame);
+  ImageRegistration report;
+  const std::optional<VisualPose> initial = initialPose(frame, matches, report);
+  if (!initial)
+    return {{}, {}, {}, report};
+  return adjusted(model, frame.image, matches, {initial->world_from_source}, report);
+}
+
+FrameRegistrar::Correspondences
+FrameRegistrar::findCorrespondences(const SparseModel& model, const NewFrame& frame) const
+{
+  Correspondences found;
+  if (frame.guess)
+    return found;
+  const std::size_t image = frame.image;
   const Features& features = graph_.features(image);
   std::set<std::size_t> wanted;
-  for (const Neighbour& neighbour : neighbours)
+  for (const Neighbour& neighbour : frame.neighbours)
     wanted.insert(neighbour.image);
   std::set<std::pair<int, int>> seen; // feature and point: several images show the same one
   for (const ImageEdge& edge : graph_.edges(image)) {
@@ -155,71 +190,37 @@ FrameRegistrar::findCorrespondences(const SparseModel& model,
       const int point = model.pointOf(edge.neighbour, other);
       if (point >= 0 && !seen.insert({own, point}).second)
         continue;
-      double variance = pointVariance(features, own, camera);
-      double other_variance = pointVariance(others, other, camera);
+      const double variance = pointVariance(features, own, graph_.camera());
+      double other_variance = pointVariance(others, other, graph_.camera());
       if (point >= 0) // the mean of a track is better than one measurement
         other_variance /= double(model.points()[point].track.size());
-      own_features.push_back(own);
-      visual.source.push_back(measuredPointInCamera(graph_, model, {image, own}));
-      visual.target.push_back(point >= 0 ? model.points()[point].position
-                                         : measuredPoint(graph_, model, {edge.neighbour, other}));
-      visual.weights.push_back(1 / (variance + other_variance));
+      found.features.push_back(own);
+      found.points.source.push_back(measuredPointInCamera(graph_, model, {image, own}));
+      found.points.target.push_back(point >= 0
+                                        ? model.points()[point].position
+                                        : measuredPoint(graph_, model, {edge.neighbour, other}));
+      found.points.weights.push_back(1 / (variance + other_variance));
     }
   }
-  return visual;
+  return found;
 }
 
-Alignment
-FrameRegistrar::alignToVirtualDepth(const SparseModel& model,
-                                    std::size_t image,
-                                    const std::vector<Neighbour>& neighbours,
-                                    const VisualCorrespondences& visual,
-                                    const Pose& guess,
-                                    int num_threads) const
-{
-  const std::shared_ptr<const DepthView> source = depth_views_(image, model);
-  std::vector<std::shared_ptr<const DepthView>> held;
-  std::vector<RegisteredView> views;
-  for (const Neighbour& neighbour : neighbours) {
-    if (views.size() == options_.max_views)
-      break;
-    held.push_back(depth_views_(neighbour.image, model));
-    views.push_back({held.back().get(), model.worldFromDepth(neighbour.image)});
-  }
-  VirtualDepthOptions rendering = options_.virtual_depth;
-  rendering.num_threads = num_threads;
-  const auto render = [&](const Pose& world_from_virtual) -> Cloud::Ptr {
-    return toPointCloud(renderVirtualDepth(views, source->camera, world_from_virtual, rendering));
-  };
-
-  DenseBundleICP icp;
-  icp.setNumberOfThreads(num_threads);
-  icp.setDepthNoise(rendering.noise);
-  icp.setCameraIntrinsics(source->camera);
-  icp.setInputSource(toPointCloud(*source));
-  icp.setInputTarget(render(guess));
-  icp.setVirtualDepthPose(guess);
-  icp.setVirtualDepthRenderer(render);
-  icp.setVisualCorrespondences(visual.source, visual.target, visual.weights);
-  Cloud aligned;
-  icp.align(aligned, guess.matrix().cast<float>());
-  Alignment alignment;
-  alignment.world_from_source = closestPose(icp.getFinalTransformation().cast<double>());
-  alignment.result = icp.getResult();
-  return alignment;
-}
-
+/** By MapperOptions::method; unset with the reason in the report. */
 std::optional<VisualPose>
-FrameRegistrar::initialPose(const VisualCorrespondences& visual,
-                            std::size_t image,
-                            const std::vector<int>& features,
+FrameRegistrar::initialPose(const NewFrame& frame,
+                            const Correspondences& matches,
                             ImageRegistration& report) const
 {
+  report.by_geometry = frame.guess.has_value();
+  report.matches = matches.features.size();
+  if (frame.guess)
+    return std::nullopt;
   const std::optional<VisualPose> initial =
       options_.method == ImageRegistrationMethod::PNP
-          ? estimatePnPPose(graph_.camera(), pixelsOf(graph_.features(image), features), visual.target)
-          : estimateVisualPose(visual);
-  report.matches = visual.source.size();
+          ? estimatePnPPose(graph_.camera(),
+                            pixelsOf(graph_.features(frame.image), matches.features),
+                            matches.points.target)
+          : estimateVisualPose(matches.points);
   report.inliers = initial ? initial->inliers : 0;
   if (report.inliers >= options_.min_visual_inliers)
     return initial;
@@ -230,17 +231,87 @@ FrameRegistrar::initialPose(const VisualCorrespondences& visual,
   return std::nullopt;
 }
 
+/** Dense evidence is at best as good as the error that an image's pixels share. */
+bool
+FrameRegistrar::canDepthImprove(std::size_t image, const FrameRegistration& visual) const
+{
+  if (options_.method != ImageRegistrationMethod::BUNDLE_ICP)
+    return false;
+  const double z = meanDepth(graph_.features(image));
+  if (graph_.isKey(image) || !visual.report.registered || !(z > 0))
+    return true;
+  const SharedError shared(z, options_.virtual_depth.noise, shared_depth_sigmas_);
+  const double rotation = visual.report.rotation_deviation / shared.tilt;
+  const double position = visual.report.position_deviation / shared.shift;
+  return rotation * rotation + position * position > LEAST_DENSE_GAIN;
+}
+
+/** Of the best covisible images; between the poses of the camera when depth was taken. */
+Alignment
+FrameRegistrar::alignToVirtualDepth(const SparseModel& model,
+                                    const NewFrame& frame,
+                                    const Correspondences& matches,
+                                    double visual_scale,
+                                    const Pose& start) const
+{
+  std::vector<DepthAlignment::View> views;
+  std::vector<Pose> poses;
+  for (const Neighbour& neighbour : frame.neighbours) {
+    if (views.size() == options_.max_views)
+      break;
+    views.push_back(depth_views_(neighbour.image, model));
+    poses.push_back(model.worldFromDepth(neighbour.image));
+  }
+  VirtualDepthOptions options = options_.virtual_depth;
+  options.num_threads = frame.num_threads;
+  const Pose depth_from_color = model.depthFromColor(frame.image);
+  VisualCorrespondences visual = matches.points;
+  for (Eigen::Vector3d& point : visual.source)
+    point = depth_from_color * point;
+  DepthAlignment alignment(depth_views_(frame.image, model), options);
+  alignment.setVisualEvidence(visual, visual_scale);
+  return alignment.alignToVirtualDepth(views, poses, start * depth_from_color.inverse());
+}
+
+/** Whether ICP measured the pose: it ended where the surfaces meet and, on its own, leaves nothing open;
+ *  otherwise with the reason in the report. */
+bool
+FrameRegistrar::isEvidence(const BundleICPResult& dense, ImageRegistration& report) const
+{
+  if (!report.by_geometry)
+    return hasConverged(dense.status);
+  if (dense.status != BundleICPStatus::CONVERGED)
+    report.reason = "geometry alone did not converge";
+  else if (dense.overlap < options_.min_overlap)
+    report.reason = "geometry alone: only " + std::to_string(int(100 * dense.overlap)) +
+                    " % of the depth lies on the model";
+  else if (!dense.degenerate_directions.empty())
+    report.reason = "geometry alone leaves " + std::to_string(dense.degenerate_directions.size()) +
+                    " directions of motion open";
+  return report.reason.empty();
+}
+
+DensePose
+FrameRegistrar::denseEvidence(const SparseModel& model, std::size_t image, const BundleICPResult& dense) const
+{
+  return {dense.dense_pose * model.depthFromColor(image),
+          withSharedError(dense.information,
+                          *depth_views_(image, model),
+                          options_.virtual_depth.noise,
+                          shared_depth_sigmas_,
+                          1)};
+}
+
 FrameRegistration
 FrameRegistrar::adjusted(const SparseModel& model,
                          std::size_t image,
-                         const VisualCorrespondences& visual,
-                         const std::vector<int>& features,
+                         const Correspondences& matches,
                          const DensePose& dense,
                          const ImageRegistration& report) const
 {
   std::vector<PointObservation> observations;
-  for (std::size_t k = 0; k < features.size(); ++k)
-    observations.push_back({features[k], visual.target[k]});
+  for (std::size_t k = 0; k < matches.features.size(); ++k)
+    observations.push_back({matches.features[k], matches.points.target[k]});
   const ImagePose pose = adjustPose(graph_,
                                     model,
                                     image,
@@ -263,109 +334,6 @@ FrameRegistrar::adjusted(const SparseModel& model,
            << " degrees about, some direction";
     registration.report.reason = reason.str();
   }
-  return registration;
-}
-
-/** Dense evidence is at best as good as the error that an image's pixels share. */
-bool
-FrameRegistrar::canDepthImprove(std::size_t image, const FrameRegistration& visual) const
-{
-  const double z = meanDepth(graph_.features(image));
-  if (!(z > 0))
-    return true;
-  const SharedError shared(z, options_.virtual_depth.noise, shared_depth_sigmas_);
-  const double rotation = visual.report.rotation_deviation / shared.tilt;
-  const double position = visual.report.position_deviation / shared.shift;
-  return rotation * rotation + position * position > LEAST_DENSE_GAIN;
-}
-
-FrameRegistration
-FrameRegistrar::registerVisually(const SparseModel& model, std::size_t image, int component) const
-{
-  FrameRegistration registration;
-  std::vector<int> features;
-  const VisualCorrespondences visual = findCorrespondences(
-      model, image, registeredNeighbours(model, image, component), features);
-  const std::optional<VisualPose> initial =
-      initialPose(visual, image, features, registration.report);
-  if (!initial)
-    return registration;
-  return adjusted(
-      model, image, visual, features, {initial->world_from_source}, registration.report);
-}
-
-FrameRegistration
-FrameRegistrar::registerFrame(const SparseModel& model,
-                              std::size_t image,
-                              int component,
-                              int num_threads) const
-{
-  FrameRegistration registration;
-  ImageRegistration& report = registration.report;
-  const std::vector<Neighbour> neighbours = registeredNeighbours(model, image, component);
-  if (!options_.visual_start)
-    return registerFrameByGeometry(
-        model, image, neighbours, model.worldFromCamera(neighbours.front().image), num_threads);
-  // Algorithm 1, lines 1 and 2: initial pose over all registered neighbours
-  std::vector<int> features;
-  const VisualCorrespondences visual = findCorrespondences(model, image, neighbours, features);
-  const std::optional<VisualPose> initial = initialPose(visual, image, features, report);
-  if (!initial)
-    return registration;
-  DensePose dense{initial->world_from_source};
-  if (options_.method == ImageRegistrationMethod::BUNDLE_ICP) {
-    if (!graph_.isKey(image)) {
-      registration = adjusted(model, image, visual, features, dense, report);
-      if (registration.report.registered && !canDepthImprove(image, registration))
-        return registration;
-    }
-    // Lines 3 to 7: ICP against the virtual depth
-    const Alignment alignment = alignToVirtualDepth(
-        model, image, neighbours, visual, initial->world_from_source, num_threads);
-    report.inliers = alignment.result.visual_inliers;
-    report.icp_rmse = alignment.result.rmse;
-    dense = {alignment.world_from_source * model.depthFromColor(image),
-             withSharedError(alignment.result.information,
-                             *depth_views_(image, model),
-                             options_.virtual_depth.noise,
-                             shared_depth_sigmas_,
-                             1)};
-  }
-  return adjusted(model, image, visual, features, dense, report);
-}
-
-FrameRegistration
-FrameRegistrar::registerFrameByGeometry(const SparseModel& model,
-                                        std::size_t image,
-                                        const std::vector<Neighbour>& neighbours,
-                                        const Pose& guess,
-                                        int num_threads) const
-{
-  FrameRegistration registration;
-  ImageRegistration& report = registration.report;
-  const Alignment alignment =
-      alignToVirtualDepth(model, image, neighbours, {}, guess, num_threads);
-  const BundleICPResult& result = alignment.result;
-  report.by_geometry = true;
-  report.icp_rmse = result.rmse;
-  registration.world_from_camera = alignment.world_from_source * model.depthFromColor(image);
-  registration.covariance = covarianceOf(withSharedError(result.information,
-                                                         *depth_views_(image, model),
-                                                         options_.virtual_depth.noise,
-                                                         shared_depth_sigmas_,
-                                                         1),
-                                         registration.world_from_camera.translation());
-  if (result.status != BundleICPStatus::CONVERGED)
-    report.reason = "geometry alone did not converge";
-  else if (result.overlap < options_.min_overlap)
-    report.reason = "geometry alone: only " + std::to_string(int(100 * result.overlap)) +
-                    " % of the depth lies on the model";
-  else if (!result.degenerate_directions.empty())
-    report.reason = "geometry alone leaves " +
-                    std::to_string(result.degenerate_directions.size()) +
-                    " directions of motion open";
-  else
-    report.registered = true;
   return registration;
 }
 
@@ -399,24 +367,17 @@ FrameRegistrar::registerPair(const SparseModel& model, std::size_t first, std::s
   const std::shared_ptr<const DepthView> target = depth_views_(first, model);
   const std::shared_ptr<const DepthView> source = depth_views_(second, model);
   const Pose guess = model.worldFromDepth(first).inverse() * model.worldFromDepth(second);
-  DenseBundleICP icp;
-  icp.setNumberOfThreads(1);
-  icp.setMaxMisalignment(0); // the poses are adjusted
-  icp.setDepthNoise(options_.virtual_depth.noise);
-  icp.setCameraIntrinsics(source->camera);
-  icp.setInputSource(toPointCloud(*source));
-  icp.setInputTarget(toPointCloud(*target));
-  Cloud aligned;
-  icp.align(aligned, guess.matrix().cast<float>());
-  const BundleICPResult& result = icp.getResult();
+  VirtualDepthOptions options = options_.virtual_depth;
+  options.num_threads = 1;
+  const BundleICPResult result =
+      DepthAlignment(source, options).alignToView(*target, guess).result;
   if (result.status != BundleICPStatus::CONVERGED || result.overlap < 0.2)
     return std::nullopt;
   RelativePoseTerm term;
   term.first = first;
   term.second = second;
   term.first_from_second = model.depthFromColor(first).inverse() *
-                           closestPose(icp.getFinalTransformation().cast<double>()) *
-                           model.depthFromColor(second);
+                           result.dense_pose * model.depthFromColor(second);
   term.information = withSharedError(result.information,
                                      *source,
                                      options_.virtual_depth.noise,

@@ -2,7 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #pragma once
 
-#include <bundle_icp/registration/bundle_icp.h>
+#include <bundle_icp/registration/point_alignment.h>
 #include <bundle_icp/sparse/incremental_mapper.h>
 
 #include "sparse/pose_adjustment.h"
@@ -26,8 +26,17 @@ struct FrameRegistration {
   ImageRegistration report;
 };
 
-/** Registers single images against a model that does not change meanwhile: Algorithm 1. All
- *  methods may be called from several threads. */
+/** An image to register, and what it is registered with. */
+struct NewFrame {
+  std::size_t image = 0;
+  std::vector<Neighbour> neighbours; ///< registered ones, best first
+  /** Where ICP starts without visual evidence: geometry alone then decides. */
+  std::optional<Pose> guess;
+  int num_threads = 0; ///< inside this one registration
+};
+
+/** Bundle ICP, Algorithm 1: registers single images against a model that does not change meanwhile.
+ *  All methods may be called from several threads. */
 class FrameRegistrar {
 public:
   FrameRegistrar(const ImageGraph& graph,
@@ -45,22 +54,18 @@ public:
   void
   setDepthErrors(bool depth_errors);
 
-  /** By visual evidence alone, quickly. */
-  FrameRegistration
-  registerVisually(const SparseModel& model, std::size_t image, int component) const;
+  /** An image of the graph, to be registered with its neighbours in a component: from its matches, or,
+   *  without MapperOptions::visual_start, from the pose of the neighbour that shares most of them. */
+  NewFrame
+  newFrame(const SparseModel& model, std::size_t image, int component, int num_threads) const;
 
-  /** By MapperOptions::method: visual evidence, and virtual depth.
-   *  \param num_threads threads inside this one registration */
+  /** Algorithm 1 of the paper, for MapperOptions::method. */
   FrameRegistration
-  registerFrame(const SparseModel& model, std::size_t image, int component, int num_threads) const;
+  bundleICP(const SparseModel& model, const NewFrame& frame) const;
 
-  /** By geometry alone, from a guess, against the virtual depth of `neighbours`. */
+  /** Lines 1 and 2 of it alone, quickly. */
   FrameRegistration
-  registerFrameByGeometry(const SparseModel& model,
-                          std::size_t image,
-                          const std::vector<Neighbour>& neighbours,
-                          const Pose& guess,
-                          int num_threads) const;
+  registerVisually(const SparseModel& model, const NewFrame& frame) const;
 
   /** How well the points that an image of the model sees, and its dense terms among `terms`, hold
    *  its pose, see ImagePose. */
@@ -79,41 +84,43 @@ public:
   registeredNeighbours(const SparseModel& model, std::size_t image, int component) const;
 
 private:
-  /** Algorithm 1, line 1; `features` are the image's own features of the correspondences. */
-  VisualCorrespondences
-  findCorrespondences(const SparseModel& model,
-                      std::size_t image,
-                      const std::vector<Neighbour>& neighbours,
-                      std::vector<int>& features) const;
+  /** Matches of a new frame to registered ones, and the frame's own features of them. */
+  struct Correspondences {
+    VisualCorrespondences points;
+    std::vector<int> features;
+  };
 
-  /** Algorithm 1, line 2, by MapperOptions::method; unset with the reason in the report. */
+  Correspondences
+  findCorrespondences(const SparseModel& model, const NewFrame& frame) const;
+
   std::optional<VisualPose>
-  initialPose(const VisualCorrespondences& visual,
-              std::size_t image,
-              const std::vector<int>& features,
+  initialPose(const NewFrame& frame,
+              const Correspondences& matches,
               ImageRegistration& report) const;
 
-  /** Adjusts the pose to pixels, depth and dense evidence. */
-  FrameRegistration
-  adjusted(const SparseModel& model,
-           std::size_t image,
-           const VisualCorrespondences& visual,
-           const std::vector<int>& features,
-           const DensePose& dense,
-           const ImageRegistration& report) const;
-
-  /** Whether depth could still improve a pose that was found visually. */
   bool
   canDepthImprove(std::size_t image, const FrameRegistration& visual) const;
 
-  /** The pose in the alignment is that of the depth image. */
   Alignment
   alignToVirtualDepth(const SparseModel& model,
-                      std::size_t image,
-                      const std::vector<Neighbour>& neighbours,
-                      const VisualCorrespondences& visual,
-                      const Pose& guess,
-                      int num_threads) const;
+                      const NewFrame& frame,
+                      const Correspondences& matches,
+                      double visual_scale,
+                      const Pose& start) const;
+
+  bool
+  isEvidence(const BundleICPResult& dense, ImageRegistration& report) const;
+
+  DensePose
+  denseEvidence(const SparseModel& model, std::size_t image, const BundleICPResult& dense) const;
+
+  /** Pose of visual and dense evidence together, each counted once. */
+  FrameRegistration
+  adjusted(const SparseModel& model,
+           std::size_t image,
+           const Correspondences& matches,
+           const DensePose& dense,
+           const ImageRegistration& report) const;
 
   const ImageGraph& graph_;
   const DepthViewProvider& depth_views_;

@@ -18,6 +18,8 @@ namespace {
 
 /** Images that hold a local adjustment in place. */
 constexpr std::size_t NUM_HELD = 10;
+/** A component of so many images is adjusted for the first time. */
+constexpr double FIRST_ADJUSTMENT = 8;
 /** Rounds of growth and correction of a component. */
 constexpr int MAX_CORRECTIONS = 4;
 
@@ -67,8 +69,12 @@ private:
   grow(SparseModel& model, int component, bool keys_only);
   std::vector<std::size_t>
   nextImages(const SparseModel& model, bool keys_only) const;
-  std::size_t
-  registerBatch(SparseModel& model, const std::vector<std::size_t>& batch, int component);
+  std::vector<FrameRegistration>
+  registerFrames(const SparseModel& model, const std::vector<std::size_t>& frames, int component) const;
+  void
+  addToModel(SparseModel& model, std::size_t image, const FrameRegistration& registration, int component);
+  void
+  adjust(SparseModel& model, const std::vector<std::size_t>& added, int component, double& next_adjustment);
   void
   updateVisibility(const SparseModel& model, std::size_t image, int component);
   void
@@ -200,7 +206,8 @@ IncrementalMapper::Impl::initialise(SparseModel& model, int component)
       continue;
     model.registerImage(graph_, seed, Pose::Identity(), component, options_.tracks);
     const FrameRegistration second =
-        registrar_.registerFrame(model, strongest.neighbour, component, options_.num_threads);
+        registrar_.bundleICP(
+        model, registrar_.newFrame(model, strongest.neighbour, component, options_.num_threads));
     if (!second.report.registered) {
       model.registerImage(seed, Pose::Identity(), -1);
       continue;
@@ -249,68 +256,92 @@ IncrementalMapper::Impl::nextImages(const SparseModel& model, bool keys_only) co
   return images;
 }
 
-std::size_t
-IncrementalMapper::Impl::registerBatch(SparseModel& model,
-                                       const std::vector<std::size_t>& batch,
-                                       int component)
+/** Bundle ICP for frames that are independent of each other. */
+std::vector<FrameRegistration>
+IncrementalMapper::Impl::registerFrames(const SparseModel& model,
+                                        const std::vector<std::size_t>& frames,
+                                        int component) const
 {
-  std::vector<FrameRegistration> slots(batch.size());
-  const int inner = batch.size() == 1 ? options_.num_threads : 1;
-  parallelFor(batch.size(), options_.num_threads, {}, [&](std::size_t k) {
-    slots[k] = registrar_.registerFrame(model, batch[k], component, inner);
+  std::vector<FrameRegistration> slots(frames.size());
+  const int inner = frames.size() == 1 ? options_.num_threads : 1;
+  parallelFor(frames.size(), options_.num_threads, {}, [&](std::size_t k) {
+    slots[k] = registrar_.bundleICP(model, registrar_.newFrame(model, frames[k], component, inner));
   });
-  std::size_t registered = 0;
-  std::vector<std::size_t> keys;
-  for (std::size_t k = 0; k < batch.size(); ++k) {
-    registrations_[batch[k]] = slots[k].report;
-    if (!slots[k].report.registered) {
-      failed_[batch[k]] = 1;
-      continue;
-    }
-    ++registered;
-    if (graph_.isKey(batch[k])) {
-      model.registerImage(
-          graph_, batch[k], slots[k].world_from_camera, component, options_.tracks);
-      keys.push_back(batch[k]);
-    }
-    else {
-      model.registerImage(batch[k], slots[k].world_from_camera, component);
-      covariances_[batch[k]] = slots[k].covariance;
-    }
-    model.setDepthError(batch[k], slots[k].depth_error);
-    updateVisibility(model, batch[k], component);
+  return slots;
+}
+
+/** Adds a frame with its points and updates V. */
+void
+IncrementalMapper::Impl::addToModel(SparseModel& model,
+                                    std::size_t image,
+                                    const FrameRegistration& registration,
+                                    int component)
+{
+  registrations_[image] = registration.report;
+  failed_[image] = !registration.report.registered;
+  if (failed_[image])
+    return;
+  if (graph_.isKey(image))
+    model.registerImage(
+        graph_, image, registration.world_from_camera, component, options_.tracks);
+  else {
+    model.registerImage(image, registration.world_from_camera, component);
+    covariances_[image] = registration.covariance;
   }
+  model.setDepthError(image, registration.depth_error);
+  updateVisibility(model, image, component);
+}
+
+/** Adjusts the frames around those that were just added, and all frames each time that the model
+ *  has grown by MapperOptions::adjustment_growth. */
+void
+IncrementalMapper::Impl::adjust(SparseModel& model,
+                                const std::vector<std::size_t>& added,
+                                int component,
+                                double& next_adjustment)
+{
+  std::vector<std::size_t> keys;
+  for (const std::size_t image : added)
+    if (model.isRegistered(image) && graph_.isKey(image))
+      keys.push_back(image);
+  if (keys.empty())
+    return;
   BundleAdjustmentOptions local = options_.adjustment;
   local.max_iterations = ComponentAdjuster::INTERMEDIATE_ITERATIONS;
   adjustLocally(graph_, keys, NUM_HELD, local, model);
-  return registered;
+  const double size = double(model.registeredImages(component).size());
+  if (size < next_adjustment)
+    return;
+  adjuster_.adjustInBetween(model, component);
+  updateVisibilities(model, component);
+  next_adjustment = size * options_.adjustment_growth;
 }
 
-/** Adds images by visibility until none is left that can be added. */
+/** The loop of section 2.2: adds frames until none is left that can be added. */
 bool
 IncrementalMapper::Impl::grow(SparseModel& model, int component, bool keys_only)
 {
   failed_.assign(graph_.size(), 0);
-  double next_adjustment = 8;
-  std::size_t size = model.registeredImages(component).size(), size_at_failure = size;
+  double next_adjustment = FIRST_ADJUSTMENT;
+  std::size_t size_at_failure = model.registeredImages(component).size();
   while (true) {
-    const std::vector<std::size_t> batch = nextImages(model, keys_only);
-    if (batch.empty()) {
+    // The next frames, by visibility V
+    const std::vector<std::size_t> next = nextImages(model, keys_only);
+    if (next.empty()) {
       // Put back and tried again, once the model has grown
+      const std::size_t size = model.registeredImages(component).size();
       if (size == size_at_failure)
         return true;
       size_at_failure = size;
       failed_.assign(graph_.size(), 0);
       continue;
     }
-    size += registerBatch(model, batch, component);
+    const std::vector<FrameRegistration> registered = registerFrames(model, next, component);
+    for (std::size_t k = 0; k < next.size(); ++k)
+      addToModel(model, next[k], registered[k], component);
+    adjust(model, next, component, next_adjustment);
     if (!report(model))
       return false;
-    if (keys_only && double(size) >= next_adjustment) {
-      adjuster_.adjustInBetween(model, component);
-      updateVisibilities(model, component);
-      next_adjustment = double(size) * options_.adjustment_growth;
-    }
   }
 }
 
@@ -372,8 +403,8 @@ IncrementalMapper::Impl::registerInOrder(SparseModel& model,
       guess = extrapolatedPose(graph_, model, order[k - 2], last, image);
       neighbours.push_back({order[k - 2], 0});
     }
-    const FrameRegistration registration = registrar_.registerFrameByGeometry(
-        model, image, neighbours, guess, options_.num_threads);
+    const FrameRegistration registration =
+        registrar_.bundleICP(model, {image, neighbours, guess, options_.num_threads});
     registrations_[image] = registration.report;
     if (!registration.report.registered)
       continue;

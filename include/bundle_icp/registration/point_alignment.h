@@ -6,6 +6,9 @@
 #include <bundle_icp/common/depth_noise.h>
 #include <bundle_icp/registration/visual_pose.h>
 
+#include <pcl/point_cloud.h>
+#include <pcl/point_types.h>
+
 #include <functional>
 #include <limits>
 #include <optional>
@@ -20,10 +23,18 @@ enum class BundleICPStatus {
   MAX_ITERATIONS, ///< stopped by the limit; the pose is that of the last iteration
   TOO_FEW_CORRESPONDENCES, ///< source and target do not meet; the pose is the initial
                            ///< one
+  NO_OVERLAP, ///< the clouds do not meet where the loop ended, or contradict each other
   REFINEMENT_REJECTED, ///< ICP contradicts the visual evidence; the pose is that of the
                        ///< latter
   INVALID_INPUT        ///< nothing was computed; the reason was printed
 };
+
+/** Whether the clouds meet at the final pose. */
+constexpr bool
+hasConverged(BundleICPStatus status)
+{
+  return status == BundleICPStatus::CONVERGED || status == BundleICPStatus::MAX_ITERATIONS;
+}
 
 /** What align() found, beside the pose. */
 struct BundleICPResult {
@@ -31,17 +42,23 @@ struct BundleICPResult {
   bool projective = false; ///< associated by projection, not by kd-tree
   bool visual_initial_pose =
       false;               ///< started from the visual correspondences, not the guess
-  std::size_t inliers = 0; ///< source points on the target surface, of those used
+  std::size_t inliers = 0; ///< source points near points of the target, of those used
   double overlap = 0;      ///< inliers over source points used, 0 to 1
+  /** Share of the source points that speak for the pose, 0 to 1, of those that say anything of it: not
+   * outside of what the target's camera saw nor, without a camera, far from the target. */
+  double agreement = 0;
   double rmse = 0;         ///< distance of the inliers to the target's surface [m]
   std::size_t visual_inliers = 0; ///< visual correspondences that agree with the pose
   double visual_rmse = 0;         ///< distance of these [m]
   int iterations = 0;
   int renderings = 0; ///< how often the virtual depth was rendered anew
-  /** Information of a motion increment(delta) * world_from_source. The noise of
+  /** What dense evidence alone says of the pose: it is likeliest at `dense_pose`, with
+   * this information on motions increment(delta) of it. Without visual correspondences
+   * that is the final pose; with them, counting both is counting each once. The noise of
    * neighbouring pixels is correlated: a patch of 9 x 9 pixels at a focal length of 525
    * px (as the windows of structured light) counts as one measurement. */
   Matrix6d information = Matrix6d::Zero();
+  Pose dense_pose = Pose::Identity();
   /** Unit motions delta (as above) that the surfaces leave open, as sliding along a
    * plane; ICP did not change the pose along them beyond what visual correspondences
    * say. */
@@ -57,14 +74,35 @@ struct PointsView {
   int width = 0, height = 0; ///< of an organized cloud; height 1 otherwise
 };
 
+/** The points of a cloud, which must outlive the view. */
+template <typename PointT>
+PointsView
+viewPoints(const pcl::PointCloud<PointT>& cloud)
+{
+  static_assert(sizeof(PointT) % sizeof(float) == 0,
+                "points must be padded to whole floats");
+  PointsView view;
+  view.xyz = &cloud.front().x;
+  view.stride = sizeof(PointT) / sizeof(float);
+  view.size = cloud.size();
+  view.width = static_cast<int>(cloud.width);
+  view.height = static_cast<int>(cloud.height);
+  if constexpr (pcl::traits::has_normal<PointT>::value)
+    view.normals = &cloud.front().normal_x;
+  return view;
+}
+
 /** What does not depend on the point type of BundleICP: all that alignPoints() needs.
  */
 struct AlignmentProblem {
   PointsView source, target;
-  const std::vector<int>* source_indices = nullptr; ///< part of the source to use
+  const std::vector<int>* source_indices = nullptr; ///< part of the source to use, nullptr: all
   std::optional<CameraIntrinsics> camera;
   Pose world_from_virtual = Pose::Identity();
+  /** Evidence that the start comes from (Algorithm 1, line 1), unless empty, and VisualPose::scale of
+   * its robust fit. */
   VisualCorrespondences visual;
+  double visual_scale = 1;
   DepthNoise noise;
 
   /** How far the surfaces may lie apart under the guess [m]: the coarse levels of projective
@@ -97,9 +135,9 @@ struct Alignment {
   BundleICPResult result;
 };
 
-/** Algorithm 1 of the paper. The result does not depend on the number of threads.
- *  \param guess used when the visual correspondences do not support a pose. */
+/** Algorithm 1 of the paper, lines 4 to 7: ICP from the pose T*_new that line 2 gives. The result does not
+ * depend on the number of threads. */
 BUNDLE_ICP_EXPORT Alignment
-alignPoints(const AlignmentProblem& problem, const Pose& guess);
+alignPoints(const AlignmentProblem& problem, const Pose& start);
 
 } // namespace bundle_icp

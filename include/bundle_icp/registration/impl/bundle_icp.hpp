@@ -79,23 +79,6 @@ private:
 
 namespace detail {
 
-template <typename PointT>
-PointsView
-viewPoints(const pcl::PointCloud<PointT>& cloud)
-{
-  static_assert(sizeof(PointT) % sizeof(float) == 0,
-                "points must be padded to whole floats");
-  PointsView view;
-  view.xyz = &cloud.front().x;
-  view.stride = sizeof(PointT) / sizeof(float);
-  view.size = cloud.size();
-  view.width = static_cast<int>(cloud.width);
-  view.height = static_cast<int>(cloud.height);
-  if constexpr (pcl::traits::has_normal<PointT>::value)
-    view.normals = &cloud.front().normal_x;
-  return view;
-}
-
 /** Moves a cloud, with its normals where it has them; in and out may be the same. */
 template <typename PointT, typename Scalar>
 void
@@ -241,8 +224,8 @@ AlignmentProblem
 BundleICP<PointSource, PointTarget, Scalar>::makeProblem()
 {
   AlignmentProblem problem = settings_;
-  problem.source = detail::viewPoints(*this->input_);
-  problem.target = detail::viewPoints(*this->target_);
+  problem.source = viewPoints(*this->input_);
+  problem.target = viewPoints(*this->target_);
   problem.source_indices = this->indices_.get();
   problem.max_iterations = this->max_iterations_;
   problem.max_distance = this->corr_dist_threshold_;
@@ -266,7 +249,7 @@ BundleICP<PointSource, PointTarget, Scalar>::makeProblem()
       if (!cloud || cloud->empty())
         return std::nullopt;
       rendered_ = cloud;
-      return detail::viewPoints(*rendered_);
+      return viewPoints(*rendered_);
     };
   return problem;
 }
@@ -294,11 +277,17 @@ BundleICP<PointSource, PointTarget, Scalar>::computeTransformation(
                               Matrix4(pose.matrix().template cast<Scalar>()));
       this->update_visualizer_(moved, source, *rendered_, target);
     };
-  const Alignment alignment = alignPoints(problem, closestPose(start));
+  // Algorithm 1, line 2: T*_new, the guess where the correspondences support no pose
+  const std::optional<VisualPose> visual = estimateVisualPose(problem.visual);
+  if (visual)
+    problem.visual_scale = visual->scale;
+  else
+    problem.visual = {};
+  const Alignment alignment =
+      alignPoints(problem, visual ? visual->world_from_source : closestPose(start));
   result_ = alignment.result;
   this->nr_iterations_ = result_.iterations;
-  this->converged_ = result_.status == BundleICPStatus::CONVERGED ||
-                     result_.status == BundleICPStatus::MAX_ITERATIONS;
+  this->converged_ = bundle_icp::hasConverged(result_.status);
   this->final_transformation_ =
       alignment.world_from_source.matrix().template cast<Scalar>();
   this->transformation_ = alignment.last_step.matrix().template cast<Scalar>();

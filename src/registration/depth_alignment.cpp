@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#include "registration/depth_alignment.h"
+
+namespace bundle_icp {
+
+DepthAlignment::DepthAlignment(const View& source, const VirtualDepthOptions& options)
+: source_cloud_(toPointCloud(*source)), rendering_(options)
+{
+  problem_.source = viewPoints(*source_cloud_);
+  problem_.camera = source->camera;
+  problem_.noise = options.noise;
+  problem_.num_threads = options.num_threads;
+}
+
+void
+DepthAlignment::setVisualEvidence(const VisualCorrespondences& matches, double scale)
+{
+  problem_.visual = matches;
+  problem_.visual_scale = scale;
+}
+
+Alignment
+DepthAlignment::alignToVirtualDepth(const std::vector<View>& views,
+                                    const std::vector<Pose>& world_from_views,
+                                    const Pose& start)
+{
+  std::vector<RegisteredView> registered;
+  for (std::size_t i = 0; i < views.size(); ++i)
+    registered.push_back({views[i].get(), world_from_views[i]});
+  const auto render = [&](const Pose& world_from_virtual) {
+    target_cloud_ = toPointCloud(
+        renderVirtualDepth(registered, *problem_.camera, world_from_virtual, rendering_));
+    return std::make_optional(viewPoints(*target_cloud_));
+  };
+  problem_.world_from_virtual = start;
+  problem_.target = *render(start);
+  problem_.render = render;
+  return alignPoints(problem_, start);
+}
+
+Alignment
+DepthAlignment::alignToView(const DepthView& view, const Pose& start)
+{
+  target_cloud_ = toPointCloud(view);
+  problem_.target = viewPoints(*target_cloud_);
+  problem_.max_misalignment = 0;
+  return alignPoints(problem_, start);
+}
+
+} // namespace bundle_icp
