@@ -45,7 +45,7 @@ struct Jacobian {
 
 /** Products of each lane block, added up in float lanes and folded into doubles per
  * chunk. */
-BUNDLE_ICP_SIMD void
+BUNDLE_ICP_INLINE void
 sumChunk(const Matches& m, std::size_t begin, std::size_t end, float cutoff,
          float inlier, Sums& sums)
 {
@@ -129,7 +129,7 @@ struct Projection {
 };
 
 /** Moves the points and finds the target pixel that each projects to, -1 outside. */
-BUNDLE_ICP_SIMD void
+BUNDLE_ICP_INLINE void
 project(const Projection& projection, const SourcePoints& s, std::size_t begin,
         std::size_t end, Matches& m)
 {
@@ -348,7 +348,7 @@ matchByProjection(const AlignmentProblem& problem, const TargetGrid& target,
     schedule(static)
   for (std::size_t c = 0; c < chunks; ++c) {
     const std::size_t begin = c * CHUNK, end = std::min(source.size(), begin + CHUNK);
-    project(projection, source, begin, end, matches);
+    simd::call<project>(projection, source, begin, end, matches);
     gather(projection, target.points, source, begin, end, matches);
   }
 }
@@ -395,8 +395,8 @@ accumulate(const Matches& matches, double scale, int num_threads)
               inlier = static_cast<float>(3 * scale);
 #pragma omp parallel for num_threads(resolveThreads(num_threads)) schedule(static)
   for (std::size_t c = 0; c < chunks; ++c)
-    sumChunk(matches, c * CHUNK, std::min(matches.size(), (c + 1) * CHUNK), cutoff,
-             inlier, partial[c]);
+    simd::call<sumChunk>(matches, c * CHUNK, std::min(matches.size(), (c + 1) * CHUNK), cutoff,
+                         inlier, partial[c]);
   Sums total;
   for (const Sums& sums : partial)
     for (std::size_t k = 0; k < SUMS; ++k)

@@ -72,10 +72,8 @@ fetchRow(const Contribution& from, int row, int width, RowSamples& out)
   }
 }
 
-/** The measured depth moves a point along the view's ray. How far this moves the
- * surface along the virtual ray, and so its weight there, depends on how both meet it.
- *  `out` has what fetchRow() put there. */
-BUNDLE_ICP_SIMD void
+/** viewTerm() for a whole row; `out` has what fetchRow() put there. */
+BUNDLE_ICP_INLINE void
 sampleRow(const Contribution& from, const CameraIntrinsics& camera, int row,
           RowSamples& out)
 {
@@ -118,10 +116,10 @@ sampleRow(const Contribution& from, const CameraIntrinsics& camera, int row,
   }
 }
 
-/** Sums the samples within merge_sigmas of the nearest one, in columns begin to end. */
-BUNDLE_ICP_SIMD void
-sumNearest(const std::vector<RowSamples>& samples, const VirtualDepthOptions& options,
-           int begin, int end, RowSums& sums)
+/** Sums the samples within merge_sigmas of the nearest one. */
+BUNDLE_ICP_INLINE void
+sumNearest(const std::vector<RowSamples>& samples, const VirtualDepthOptions& options, int width,
+           RowSums& sums)
 {
   const float reach = static_cast<float>(options.merge_sigmas * std::sqrt(2.0));
   const float constant = static_cast<float>(options.noise.constant) * reach;
@@ -132,21 +130,21 @@ sumNearest(const std::vector<RowSamples>& samples, const VirtualDepthOptions& op
   float *nx = sums.nx.data(), *ny = sums.ny.data(), *nz = sums.nz.data();
   float* behind = sums.behind.data();
 #pragma omp simd
-  for (int u = begin; u < end; ++u) {
+  for (int u = 0; u < width; ++u) {
     front[u] = FAR_AWAY;
     weight[u] = depth[u] = nx[u] = ny[u] = nz[u] = behind[u] = 0;
   }
   for (const RowSamples& s : samples) {
     const float* z = s.depth.data();
 #pragma omp simd
-    for (int u = begin; u < end; ++u)
+    for (int u = 0; u < width; ++u)
       front[u] = z[u] < front[u] ? z[u] : front[u];
   }
   for (const RowSamples& s : samples) {
     const float *z = s.depth.data(), *w = s.weight.data();
     const float *sx = s.nx.data(), *sy = s.ny.data(), *sz = s.nz.data();
 #pragma omp simd
-    for (int u = begin; u < end; ++u) {
+    for (int u = 0; u < width; ++u) {
       const float d = front[u] - offset, step = z[u] - front[u];
       const bool same = step <= constant + quadratic * d * d;
       const float all = w[u];
@@ -161,42 +159,84 @@ sumNearest(const std::vector<RowSamples>& samples, const VirtualDepthOptions& op
   }
 }
 
-/** Removes the nearest surface from one column: hardly any weight says that it exists.
- */
-void
-removeFront(std::vector<RowSamples>& samples, const VirtualDepthOptions& options,
-            int column, float front)
+/** What the views show in one column, the nearest surface in `sums`. */
+ViewTerm
+mergeColumn(const std::vector<RowSamples>& samples, const RowSums& sums, std::size_t u,
+            const VirtualDepthOptions& options)
 {
-  const std::size_t u = static_cast<std::size_t>(column);
-  const double reach =
-      options.merge_sigmas * std::sqrt(2.0) * options.noise.sigma(front);
-  for (RowSamples& s : samples)
-    if (s.depth[u] - front <= static_cast<float>(reach)) {
-      s.depth[u] = FAR_AWAY;
-      s.weight[u] = 0;
-    }
+  if (sums.weight[u] >= MIN_WEIGHT_SHARE * sums.behind[u])
+    return {sums.front[u] + sums.depth[u] * (1 / sums.weight[u]), sums.weight[u],
+            {sums.nx[u], sums.ny[u], sums.nz[u]}};
+  std::vector<ViewTerm> terms;
+  for (const RowSamples& s : samples)
+    terms.push_back({s.depth[u], s.weight[u], {s.nx[u], s.ny[u], s.nz[u]}});
+  return virtualDepthAt(terms, options);
 }
 
 void
-writeRow(const RowSums& sums, int row, VirtualDepth& out)
+writeRow(const std::vector<RowSamples>& samples, const RowSums& sums, int row,
+         const VirtualDepthOptions& options, VirtualDepth& out)
 {
   float* depth = out.depth.ptr<float>(row);
   float* variance = out.variance.ptr<float>(row);
   cv::Vec3f* normals = out.normals.ptr<cv::Vec3f>(row);
   constexpr float NOT_SEEN = std::numeric_limits<float>::quiet_NaN();
-  for (int column = 0; column < out.camera.width; ++column) {
-    const std::size_t u = static_cast<std::size_t>(column);
-    const bool seen = sums.weight[u] > 0;
-    const float scale = seen ? 1 / sums.weight[u] : NOT_SEEN;
-    const float x = sums.nx[u], y = sums.ny[u], z = sums.nz[u];
+  for (int u = 0; u < out.camera.width; ++u) {
+    const ViewTerm merged = mergeColumn(samples, sums, static_cast<std::size_t>(u), options);
+    const bool seen = merged.w > 0;
+    const float x = merged.normal.x(), y = merged.normal.y(), z = merged.normal.z();
     const float norm = seen ? 1 / std::sqrt(x * x + y * y + z * z) : NOT_SEEN;
-    depth[column] = sums.front[u] + sums.depth[u] * scale;
-    variance[column] = scale;
-    normals[column] = cv::Vec3f(x * norm, y * norm, z * norm);
+    depth[u] = seen ? merged.D : NOT_SEEN;
+    variance[u] = seen ? 1 / merged.w : NOT_SEEN;
+    normals[u] = cv::Vec3f(x * norm, y * norm, z * norm);
   }
 }
 
 } // namespace
+
+ViewTerm
+viewTerm(const Contribution& from, const CameraIntrinsics& camera, int u, int v)
+{
+  const WarpedPixel& pixel = from.warped[static_cast<std::size_t>(v * camera.width + u)];
+  if (!(pixel.inverse_depth > 0))
+    return {};
+  const Eigen::Vector3f ray = camera.unproject(u, v, 1).cast<float>();
+  const Eigen::Vector3f X = ray / pixel.inverse_depth, X_i = X - from.center;
+  const float* const normal = from.view->normals.ptr<float>() + 3 * pixel.source;
+  const Eigen::Vector3f n = from.rotation * Eigen::Map<const Eigen::Vector3f>(normal);
+  const float along_virtual = n.dot(ray), along_view = n.dot(X_i) / X_i.dot(from.rotation.col(2));
+  if (!(std::max(along_virtual, along_view) < 0))
+    return {}; // seen from behind
+  const float gain = std::min(along_virtual / along_view, 2.0f);
+  return {X.z(), from.view->weight.ptr<float>()[pixel.source] * gain * gain, n};
+}
+
+ViewTerm
+virtualDepthAt(std::vector<ViewTerm> terms, const VirtualDepthOptions& options)
+{
+  while (true) {
+    float nearest = FAR_AWAY;
+    for (const ViewTerm& term : terms)
+      nearest = term.w > 0 ? std::min(nearest, term.D) : nearest;
+    const float reach = static_cast<float>(options.merge_sigmas * std::sqrt(2.0) *
+                                           options.noise.sigma(nearest));
+    ViewTerm sum;
+    float behind = 0;
+    for (ViewTerm& term : terms) {
+      if (term.D - nearest > reach) {
+        behind += term.w;
+        continue;
+      }
+      sum.D += term.w * (term.D - nearest);
+      sum.normal += term.w * term.normal;
+      sum.w += term.w;
+      term.w = 0; // gone, should hardly any weight say that this surface exists
+    }
+    sum.D = nearest + sum.D * (1 / sum.w);
+    if (sum.w >= MIN_WEIGHT_SHARE * behind)
+      return sum;
+  }
+}
 
 void
 mergeViews(const std::vector<Contribution>& contributions,
@@ -212,17 +252,10 @@ mergeViews(const std::vector<Contribution>& contributions,
     for (int row = 0; row < out.camera.height; ++row) {
       for (std::size_t i = 0; i < contributions.size(); ++i) {
         fetchRow(contributions[i], row, width, samples[i]);
-        sampleRow(contributions[i], out.camera, row, samples[i]);
+        simd::call<sampleRow>(contributions[i], out.camera, row, samples[i]);
       }
-      sumNearest(samples, options, 0, width, sums);
-      for (int u = 0; u < width; ++u) {
-        const std::size_t c = static_cast<std::size_t>(u);
-        while (sums.weight[c] < MIN_WEIGHT_SHARE * sums.behind[c]) {
-          removeFront(samples, options, u, sums.front[c]);
-          sumNearest(samples, options, u, u + 1, sums);
-        }
-      }
-      writeRow(sums, row, out);
+      simd::call<sumNearest>(samples, options, width, sums);
+      writeRow(samples, sums, row, options, out);
     }
   }
 }

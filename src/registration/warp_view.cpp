@@ -61,7 +61,7 @@ struct Warp {
   }
 };
 
-BUNDLE_ICP_SIMD void
+BUNDLE_ICP_INLINE void
 warpRow(const float* z, const float* weight, int width, int row, const Warp& warp,
         VertexRow& out)
 {
@@ -90,7 +90,7 @@ warpRow(const float* z, const float* weight, int width, int row, const Warp& war
   }
 }
 
-BUNDLE_ICP_SIMD void
+BUNDLE_ICP_INLINE void
 linkVertices(const float* a, const float* b, const float* valid_a, const float* valid_b,
              int width, SurfaceLink linked, float* links)
 {
@@ -212,7 +212,7 @@ lastPixel(float high, float size)
   return static_cast<int>(larger(smaller(high + 1, size), 0)) - 1;
 }
 
-BUNDLE_ICP_SIMD void
+BUNDLE_ICP_INLINE void
 boundQuads(const VertexRow& top, const VertexRow& bottom, int quads,
            const Target& target, RowCells& cells)
 {
@@ -243,7 +243,7 @@ boundQuads(const VertexRow& top, const VertexRow& bottom, int quads,
 }
 
 /** Renders the quads that meet a single pixel: as renderCell(), for a whole row. */
-BUNDLE_ICP_SIMD void
+BUNDLE_ICP_INLINE void
 sampleQuads(const VertexRow& top, const VertexRow& bottom, int quads, int row,
             int image_width, RowCells& cells)
 {
@@ -393,14 +393,14 @@ warpView(const DepthView& view, const CameraIntrinsics& camera,
   RowCells cells(static_cast<std::size_t>(width));
   for (int v = 0; v < height; ++v) {
     const float* z = view.depth.ptr<float>(v);
-    warpRow(z, view.weight.ptr<float>(v), width, v, warp, bottom);
-    linkVertices(z, z + 1, bottom.valid.data(), bottom.valid.data() + 1, width - 1,
-                 linked, bottom.link_right.data());
+    simd::call<warpRow>(z, view.weight.ptr<float>(v), width, v, warp, bottom);
+    simd::call<linkVertices>(z, z + 1, bottom.valid.data(), bottom.valid.data() + 1, width - 1,
+                             linked, bottom.link_right.data());
     if (v > 0) {
-      linkVertices(view.depth.ptr<float>(v - 1), z, top.valid.data(),
-                   bottom.valid.data(), width, linked, top.link_down.data());
-      boundQuads(top, bottom, width - 1, target, cells);
-      sampleQuads(top, bottom, width - 1, v - 1, camera.width, cells);
+      simd::call<linkVertices>(view.depth.ptr<float>(v - 1), z, top.valid.data(),
+                               bottom.valid.data(), width, linked, top.link_down.data());
+      simd::call<boundQuads>(top, bottom, width - 1, target, cells);
+      simd::call<sampleQuads>(top, bottom, width - 1, v - 1, camera.width, cells);
       renderBetween(top, bottom, v - 1, width, cells, target);
     }
     std::swap(top, bottom);
