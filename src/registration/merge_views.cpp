@@ -18,12 +18,6 @@ constexpr float MIN_WEIGHT_SHARE = 0.1f;
 /** Depth of a sample that shows nothing [m]: finite, so that sums stay free of NaN. */
 constexpr float FAR_AWAY = 1e6f;
 
-inline float
-larger(float a, float b)
-{
-  return a > b ? a : b;
-}
-
 /** Samples that one view contributes to a row of the virtual image. */
 struct RowSamples {
   std::vector<float> inverse, depth, weight, nx, ny, nz;
@@ -54,8 +48,6 @@ fetchRow(const Contribution& from, int row, int width, RowSamples& out)
       from.warped.data() + static_cast<std::ptrdiff_t>(row) * width;
   const cv::Vec3f* normals = from.view->normals.ptr<cv::Vec3f>();
   const float* weights = from.view->weight.ptr<float>();
-  float *inverse = out.inverse.data(), *weight = out.weight.data();
-  float *nx = out.nx.data(), *ny = out.ny.data(), *nz = out.nz.data();
   // All views together are more streams than the processor looks ahead of, hence the hints
   // for the next row.
   const int next = from.view->depth.cols;
@@ -64,11 +56,11 @@ fetchRow(const Contribution& from, int row, int width, RowSamples& out)
     __builtin_prefetch(weights + pixel + next);
     __builtin_prefetch(normals + pixel + next);
     __builtin_prefetch(pixels + u + width);
-    inverse[u] = pixels[u].inverse_depth;
-    weight[u] = weights[pixel];
-    nx[u] = normals[pixel][0];
-    ny[u] = normals[pixel][1];
-    nz[u] = normals[pixel][2];
+    out.inverse[u] = pixels[u].inverse_depth;
+    out.weight[u] = weights[pixel];
+    out.nx[u] = normals[pixel][0];
+    out.ny[u] = normals[pixel][1];
+    out.nz[u] = normals[pixel][2];
   }
 }
 
@@ -77,7 +69,6 @@ BUNDLE_ICP_INLINE void
 sampleRow(const Contribution& from, const CameraIntrinsics& camera, int row,
           RowSamples& out)
 {
-  const float* inverse = out.inverse.data();
   const Eigen::Matrix3f& R = from.rotation;
   const float r00 = R(0, 0), r01 = R(0, 1), r02 = R(0, 2), r10 = R(1, 0), r11 = R(1, 1),
               r12 = R(1, 2), r20 = R(2, 0), r21 = R(2, 1), r22 = R(2, 2);
@@ -85,14 +76,12 @@ sampleRow(const Contribution& from, const CameraIntrinsics& camera, int row,
   const float y = static_cast<float>((row - camera.cy) / camera.fy);
   const float cx = static_cast<float>(camera.cx),
               scale = static_cast<float>(1 / camera.fx);
-  float *depth = out.depth.data(), *weight = out.weight.data();
-  float *nx = out.nx.data(), *ny = out.ny.data(), *nz = out.nz.data();
 #pragma omp simd
   for (int u = 0; u < camera.width; ++u) {
     // Loaded whether needed or not: a loop without branches is one for vector
     // instructions.
-    const float inverse_z = inverse[u], full_weight = weight[u];
-    const float a = nx[u], b = ny[u], c = nz[u];
+    const float inverse_z = out.inverse[u], full_weight = out.weight[u];
+    const float a = out.nx[u], b = out.ny[u], c = out.nz[u];
     const float x = (static_cast<float>(u) - cx) * scale;
     const float divisor = inverse_z > 0 ? inverse_z : 1.0f;
     const float z = 1 / divisor;
@@ -105,14 +94,14 @@ sampleRow(const Contribution& from, const CameraIntrinsics& camera, int row,
     const float along_view = (n0 * px + n1 * py + n2 * pz) / view_depth;
     const float ratio = along_virtual / along_view;
     const float gain = ratio < 2 ? ratio : 2.0f;
-    const float facing = larger(along_virtual, along_view);
+    const float facing = simd::larger(along_virtual, along_view);
     const bool seen = (inverse_z > 0) & (facing < 0);
     const float scaled = full_weight * gain * gain;
-    depth[u] = seen ? z : FAR_AWAY;
-    weight[u] = seen ? scaled : 0.0f;
-    nx[u] = seen ? n0 : 0.0f;
-    ny[u] = seen ? n1 : 0.0f;
-    nz[u] = seen ? n2 : 0.0f;
+    out.depth[u] = seen ? z : FAR_AWAY;
+    out.weight[u] = seen ? scaled : 0.0f;
+    out.nx[u] = seen ? n0 : 0.0f;
+    out.ny[u] = seen ? n1 : 0.0f;
+    out.nz[u] = seen ? n2 : 0.0f;
   }
 }
 
@@ -125,38 +114,29 @@ sumNearest(const std::vector<RowSamples>& samples, const VirtualDepthOptions& op
   const float constant = static_cast<float>(options.noise.constant) * reach;
   const float quadratic = static_cast<float>(options.noise.quadratic) * reach;
   const float offset = static_cast<float>(options.noise.offset);
-  float *front = sums.front.data(), *weight = sums.weight.data(),
-        *depth = sums.depth.data();
-  float *nx = sums.nx.data(), *ny = sums.ny.data(), *nz = sums.nz.data();
-  float* behind = sums.behind.data();
 #pragma omp simd
   for (int u = 0; u < width; ++u) {
-    front[u] = FAR_AWAY;
-    weight[u] = depth[u] = nx[u] = ny[u] = nz[u] = behind[u] = 0;
+    sums.front[u] = FAR_AWAY;
+    sums.weight[u] = sums.depth[u] = sums.nx[u] = sums.ny[u] = sums.nz[u] = sums.behind[u] = 0;
   }
-  for (const RowSamples& s : samples) {
-    const float* z = s.depth.data();
+  for (const RowSamples& s : samples)
 #pragma omp simd
     for (int u = 0; u < width; ++u)
-      front[u] = z[u] < front[u] ? z[u] : front[u];
-  }
-  for (const RowSamples& s : samples) {
-    const float *z = s.depth.data(), *w = s.weight.data();
-    const float *sx = s.nx.data(), *sy = s.ny.data(), *sz = s.nz.data();
+      sums.front[u] = s.depth[u] < sums.front[u] ? s.depth[u] : sums.front[u];
+  for (const RowSamples& s : samples)
 #pragma omp simd
     for (int u = 0; u < width; ++u) {
-      const float d = front[u] - offset, step = z[u] - front[u];
+      const float d = sums.front[u] - offset, step = s.depth[u] - sums.front[u];
       const bool same = step <= constant + quadratic * d * d;
-      const float all = w[u];
+      const float all = s.weight[u];
       const float used = same ? all : 0.0f;
-      weight[u] += used;
-      depth[u] += used * step;
-      nx[u] += used * sx[u];
-      ny[u] += used * sy[u];
-      nz[u] += used * sz[u];
-      behind[u] += all - used;
+      sums.weight[u] += used;
+      sums.depth[u] += used * step;
+      sums.nx[u] += used * s.nx[u];
+      sums.ny[u] += used * s.ny[u];
+      sums.nz[u] += used * s.nz[u];
+      sums.behind[u] += all - used;
     }
-  }
 }
 
 /** What the views show in one column, the nearest surface in `sums`. */
