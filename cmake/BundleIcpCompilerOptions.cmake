@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Warnings and sanitizers of this project's own targets; nothing here reaches a user of the library.
 function(bundle_icp_set_compiler_options target)
-  target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wno-unknown-pragmas)
+  # Vectors are passed between inlined functions only, where the ABI (psabi) does not matter.
+  target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wno-unknown-pragmas -Wno-psabi)
   if(BUNDLE_ICP_WARNINGS_AS_ERRORS)
     target_compile_options(${target} PRIVATE -Werror)
   endif()

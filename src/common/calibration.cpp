@@ -72,7 +72,7 @@ struct RowCorrection {
 };
 
 /** correctedDepth() for a whole row, in single precision. */
-BUNDLE_ICP_SIMD void
+BUNDLE_ICP_INLINE void
 correctRow(const RowCorrection& correction, int width, float* depth)
 {
   const RowCorrection c = correction; // a copy, which no store below can change
@@ -179,12 +179,12 @@ correctedDepth(const cv::Mat& depth,
   const auto tilt_x = calibration[P::DEPTH_TILT_X], tilt_y = calibration[P::DEPTH_TILT_Y];
   for (int v = 0; v < result.rows; ++v) {
     const double x = -exact.cx / exact.fx, y = (v - exact.cy) / exact.fy;
-    correctRow({float(noise.constant), float(noise.quadratic), float(noise.offset),
-                float(error[0] + error[1] * x + error[2] * y), float(error[1] / exact.fx),
-                float(tilt_x * x + tilt_y * y), float(tilt_x / exact.fx),
-                float(calibration[P::DEPTH_BIAS])},
-               result.cols,
-               result.ptr<float>(v));
+    simd::call<correctRow>(
+        {float(noise.constant), float(noise.quadratic), float(noise.offset),
+         float(error[0] + error[1] * x + error[2] * y), float(error[1] / exact.fx),
+         float(tilt_x * x + tilt_y * y), float(tilt_x / exact.fx),
+         float(calibration[P::DEPTH_BIAS])},
+        result.cols, result.ptr<float>(v));
   }
   return result;
 }

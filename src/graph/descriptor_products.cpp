@@ -22,34 +22,7 @@ constexpr int ROWS = 4;
 
 using RowPointers = const std::uint8_t* [ROWS];
 
-/** Half of a descriptor. Its even and its odd pairs of values are summed in 16 bits each. */
-constexpr int HALF = LENGTH / 2;
-
-/** Whether no sum over the even or odd pairs of half a descriptor can exceed 16 bits in the product
- *  with another one of which the same is true (Cauchy and Schwarz). So it is for all of norm 256 but
- *  those with nearly all they have in a quarter of their values. */
-BUNDLE_ICP_SIMD bool
-fitsWords(const std::uint8_t* row)
-{
-  bool fits = true;
-  for (const std::uint8_t* half = row; half < row + LENGTH; half += HALF) {
-    std::uint32_t squares[GROUP] = {};
-    for (int k = 0; k < HALF; k += GROUP)
-      for (int i = 0; i < GROUP; ++i)
-        squares[i] += std::uint32_t(half[k + i]) * half[k + i];
-    std::uint32_t even = 0, odd = 0;
-    for (int i = 0; i < GROUP; i += 4) {
-      even += squares[i] + squares[i + 1];
-      odd += squares[i + 2] + squares[i + 3];
-    }
-    fits = fits && even <= 65535 && odd <= 65535;
-  }
-  return fits;
-}
-
 /** out[r][16 g + lane] = product of row r with descriptor `lane` of group g. */
-using Kernel = void (*)(const RowPointers&, const PackedDescriptors&, std::int32_t* const*);
-
 void
 productsPortable(const RowPointers& rows,
                  const PackedDescriptors& second,
@@ -76,7 +49,7 @@ loadChunk(const std::uint8_t* row, int chunk)
   return value;
 }
 
-__attribute__((target("avx2"))) void
+BUNDLE_ICP_AVX2 void
 productsAvx2(const RowPointers& rows, const PackedDescriptors& second, std::int32_t* const* out)
 {
   const __m256i ones = _mm256_set1_epi16(1);
@@ -104,42 +77,8 @@ productsAvx2(const RowPointers& rows, const PackedDescriptors& second, std::int3
   }
 }
 
-/** The same where all descriptors passed fitsWords(): half as many multiplications. */
-__attribute__((target("avx2"))) void
-wordProductsAvx2(const RowPointers& rows, const PackedDescriptors& second, std::int32_t* const* out)
-{
-  constexpr int HALF_CHUNKS = CHUNKS / 2;
-  const __m256i low_word = _mm256_set1_epi32(0xffff);
-  for (int g = 0; g < second.groups(); ++g) {
-    const auto* column = reinterpret_cast<const __m256i*>(second.group(g));
-    for (int first = 0; first < CHUNKS; first += HALF_CHUNKS) {
-      __m256i sum[ROWS][2];
-      for (auto& s : sum)
-        s[0] = s[1] = _mm256_setzero_si256();
-#pragma GCC unroll 4
-      for (int c = first; c < first + HALF_CHUNKS; ++c) {
-        const __m256i low = _mm256_loadu_si256(column + 2 * c);
-        const __m256i high = _mm256_loadu_si256(column + 2 * c + 1);
-        for (int r = 0; r < ROWS; ++r) {
-          const __m256i a = _mm256_set1_epi32(loadChunk(rows[r], c));
-          sum[r][0] = _mm256_add_epi16(sum[r][0], _mm256_maddubs_epi16(a, low));
-          sum[r][1] = _mm256_add_epi16(sum[r][1], _mm256_maddubs_epi16(a, high));
-        }
-      }
-      for (int r = 0; r < ROWS; ++r)
-        for (int part = 0; part < 2; ++part) {
-          auto* target = reinterpret_cast<__m256i*>(out[r] + g * GROUP + 8 * part);
-          const __m256i both = _mm256_add_epi32(_mm256_and_si256(sum[r][part], low_word),
-                                                _mm256_srli_epi32(sum[r][part], 16));
-          _mm256_storeu_si256(
-              target, first == 0 ? both : _mm256_add_epi32(_mm256_loadu_si256(target), both));
-        }
-    }
-  }
-}
-
-__attribute__((target("avx512f,avx512vnni"))) void
-productsVnni(const RowPointers& rows, const PackedDescriptors& second, std::int32_t* const* out)
+BUNDLE_ICP_AVX512 void
+productsAvx512(const RowPointers& rows, const PackedDescriptors& second, std::int32_t* const* out)
 {
   for (int g = 0; g < second.groups(); g += 2) {
     const bool pair = g + 1 < second.groups();
@@ -163,27 +102,11 @@ productsVnni(const RowPointers& rows, const PackedDescriptors& second, std::int3
     }
   }
 }
+#else
+constexpr auto productsAvx2 = productsPortable, productsAvx512 = productsPortable;
 #endif
 
-/** What this processor is fastest with. */
-struct Kernels {
-  Kernel any = productsPortable;
-  Kernel words = productsPortable; ///< for those that pass fitsWords()
-
-  Kernels()
-  {
-#if defined(__x86_64__)
-    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vnni"))
-      any = words = productsVnni;
-    else if (__builtin_cpu_supports("avx2")) {
-      any = productsAvx2;
-      words = wordProductsAvx2;
-    }
-#endif
-  }
-};
-
-BUNDLE_ICP_SIMD std::int32_t
+BUNDLE_ICP_INLINE std::int32_t
 largest(const std::int32_t* values, int n)
 {
   std::int32_t result = -1;
@@ -192,7 +115,7 @@ largest(const std::int32_t* values, int n)
   return result;
 }
 
-BUNDLE_ICP_SIMD void
+BUNDLE_ICP_INLINE void
 updateColumns(const std::int32_t* values, int row, int n, std::int32_t* best, int* index)
 {
   for (int j = 0; j < n; ++j) {
@@ -212,7 +135,6 @@ PackedDescriptors::PackedDescriptors(const cv::Mat& descriptors)
     const std::uint8_t* row = descriptors.ptr<std::uint8_t>(i);
     for (int c = 0; c < CHUNKS; ++c)
       std::memcpy(target + (c * GROUP + i % GROUP) * 4, row + 4 * c, 4);
-    fit_words_ = fit_words_ && fitsWords(row);
   }
 }
 
@@ -222,7 +144,6 @@ bestProducts(const cv::Mat& first,
              std::vector<BestProducts>& rows,
              std::vector<int>& columns)
 {
-  static const Kernels kernels;
   const int n = second.size(), padded = second.groups() * GROUP;
   rows.assign(first.rows, {});
   columns.assign(n, -1);
@@ -231,22 +152,21 @@ bestProducts(const cv::Mat& first,
   for (int r = 0; r < ROWS; ++r)
     out[r] = buffer.data() + std::size_t(r) * padded;
 
+  const auto products = simd::choose(productsPortable, productsAvx2, productsAvx512);
   for (int i = 0; i < first.rows; i += ROWS) {
     RowPointers pointers;
     for (int r = 0; r < ROWS; ++r)
       pointers[r] = first.ptr<std::uint8_t>(std::min(i + r, first.rows - 1));
-    const bool fit_words =
-        second.fitWords() && std::all_of(pointers, pointers + ROWS, fitsWords);
-    (fit_words ? kernels.words : kernels.any)(pointers, second, out);
+    products(pointers, second, out);
     for (int r = 0; r < ROWS && i + r < first.rows; ++r) {
-      updateColumns(out[r], i + r, n, column_best.data(), columns.data());
+      simd::call<updateColumns>(out[r], i + r, n, column_best.data(), columns.data());
       BestProducts& row = rows[i + r];
-      row.best = largest(out[r], n);
+      row.best = simd::call<largest>(out[r], n);
       if (row.best < 0)
         continue; // there are no columns
       row.index = int(std::find(out[r], out[r] + n, row.best) - out[r]);
       out[r][row.index] = -1;
-      row.second = largest(out[r], n);
+      row.second = simd::call<largest>(out[r], n);
     }
   }
 }

@@ -35,16 +35,8 @@ public:
     return data_.data() + std::size_t(g) * GROUP * LENGTH;
   }
 
-  /** Whether parts of products with such descriptors fit 16 bits. */
-  bool
-  fitWords() const
-  {
-    return fit_words_;
-  }
-
 private:
   int size_;
-  bool fit_words_ = true;
   std::vector<std::uint8_t> data_;
 };
 

@@ -45,7 +45,7 @@ struct Jacobian {
 
 /** Products of each lane block, added up in float lanes and folded into doubles per
  * chunk. */
-BUNDLE_ICP_SIMD void
+BUNDLE_ICP_INLINE void
 sumChunk(const Matches& m, std::size_t begin, std::size_t end, float cutoff,
          float inlier, Sums& sums)
 {
@@ -94,7 +94,6 @@ sumChunk(const Matches& m, std::size_t begin, std::size_t end, float cutoff,
 struct Projection {
   float image[3][4]; // homogeneous pixel of a source point
   float world[3][4]; // position about the centre
-  float rotation[3][3];
   float center[3];
   float max_squared, min_cosine;
   float misalignment_squared;
@@ -117,52 +116,47 @@ struct Projection {
     const Pose virtual_from_source = target.world_from_virtual.inverse() * pose;
     const Eigen::Matrix<double, 3, 4> p = k * virtual_from_source.matrix().topRows<3>();
     for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 3; ++j) {
+      for (int j = 0; j < 4; ++j)
         image[i][j] = static_cast<float>(p(i, j));
-        world[i][j] = rotation[i][j] = static_cast<float>(pose.linear()(i, j));
-      }
-      image[i][3] = static_cast<float>(p(i, 3));
+      for (int j = 0; j < 3; ++j)
+        world[i][j] = static_cast<float>(pose.linear()(i, j));
       world[i][3] = static_cast<float>(pose.translation()[i] - about[i]);
       center[i] = static_cast<float>(about[i]);
     }
   }
 };
 
+BUNDLE_ICP_INLINE float
+transformed(const float row[4], float x, float y, float z)
+{
+  return row[0] * x + row[1] * y + row[2] * z + row[3];
+}
+
 /** Moves the points and finds the target pixel that each projects to, -1 outside. */
-BUNDLE_ICP_SIMD void
+BUNDLE_ICP_INLINE void
 project(const Projection& projection, const SourcePoints& s, std::size_t begin,
         std::size_t end, Matches& m)
 {
   const Projection p = projection; // a copy, which no store below can change
-  const int width = p.width;
-  const float *x = s.x.data(), *y = s.y.data(), *z = s.z.data();
-  float *px = m.px.data(), *py = m.py.data(), *pz = m.pz.data();
-  float* inverse_sigma = m.inverse_sigma.data();
-  int* target = m.target.data();
+  const float *sx = s.x.data(), *sy = s.y.data(), *sz = s.z.data();
   const float right = static_cast<float>(p.width),
               bottom = static_cast<float>(p.height);
 #pragma omp simd
   for (std::size_t i = begin; i < end; ++i) {
-    px[i] = p.world[0][0] * x[i] + p.world[0][1] * y[i] + p.world[0][2] * z[i] +
-            p.world[0][3];
-    py[i] = p.world[1][0] * x[i] + p.world[1][1] * y[i] + p.world[1][2] * z[i] +
-            p.world[1][3];
-    pz[i] = p.world[2][0] * x[i] + p.world[2][1] * y[i] + p.world[2][2] * z[i] +
-            p.world[2][3];
-    const float a = p.image[0][0] * x[i] + p.image[0][1] * y[i] + p.image[0][2] * z[i] +
-                    p.image[0][3];
-    const float b = p.image[1][0] * x[i] + p.image[1][1] * y[i] + p.image[1][2] * z[i] +
-                    p.image[1][3];
-    const float c = p.image[2][0] * x[i] + p.image[2][1] * y[i] + p.image[2][2] * z[i] +
-                    p.image[2][3];
-    const float u = a / c + 0.5f, v = b / c + 0.5f;
+    const float x = sx[i], y = sy[i], z = sz[i];
+    m.px[i] = transformed(p.world[0], x, y, z);
+    m.py[i] = transformed(p.world[1], x, y, z);
+    m.pz[i] = transformed(p.world[2], x, y, z);
+    const float c = transformed(p.image[2], x, y, z);
+    const float u = transformed(p.image[0], x, y, z) / c + 0.5f;
+    const float v = transformed(p.image[1], x, y, z) / c + 0.5f;
     const bool inside = (c > 0.01f) & (u >= 0) & (v >= 0) & (u < right) & (v < bottom);
     const float u_inside = inside ? u : 0.0f, v_inside = inside ? v : 0.0f;
-    const int pixel = static_cast<int>(v_inside) * width + static_cast<int>(u_inside);
-    target[i] = inside ? pixel : -1;
-    const float d = z[i] - p.noise_offset;
+    const int pixel = static_cast<int>(v_inside) * p.width + static_cast<int>(u_inside);
+    m.target[i] = inside ? pixel : -1;
+    const float d = z - p.noise_offset;
     const float sigma = p.noise_constant + p.noise_quadratic * d * d;
-    inverse_sigma[i] = 1 / std::sqrt(sigma * sigma + p.misalignment_squared);
+    m.inverse_sigma[i] = 1 / std::sqrt(sigma * sigma + p.misalignment_squared);
   }
 }
 
@@ -201,10 +195,9 @@ gather(const Projection& p, const PointsView& target, const SourcePoints& s,
     bool keep = squared <= p.max_squared && std::abs(residual) < 3e38f;
     float turned[3] = {n[0], n[1], n[2]};
     if (keep && has_normals) {
-      const float sx = s.nx[i], sy = s.ny[i], sz = s.nz[i];
       for (int k = 0; k < 3; ++k)
         turned[k] =
-            p.rotation[k][0] * sx + p.rotation[k][1] * sy + p.rotation[k][2] * sz;
+            p.world[k][0] * s.nx[i] + p.world[k][1] * s.ny[i] + p.world[k][2] * s.nz[i];
       keep = n[0] * turned[0] + n[1] * turned[1] + n[2] * turned[2] >= p.min_cosine;
     }
     if (!keep) {
@@ -348,7 +341,7 @@ matchByProjection(const AlignmentProblem& problem, const TargetGrid& target,
     schedule(static)
   for (std::size_t c = 0; c < chunks; ++c) {
     const std::size_t begin = c * CHUNK, end = std::min(source.size(), begin + CHUNK);
-    project(projection, source, begin, end, matches);
+    simd::call<project>(projection, source, begin, end, matches);
     gather(projection, target.points, source, begin, end, matches);
   }
 }
@@ -424,8 +417,8 @@ accumulate(const Matches& matches, double scale, int num_threads)
               inlier = static_cast<float>(3 * scale);
 #pragma omp parallel for num_threads(resolveThreads(num_threads)) schedule(static)
   for (std::size_t c = 0; c < chunks; ++c)
-    sumChunk(matches, c * CHUNK, std::min(matches.size(), (c + 1) * CHUNK), cutoff,
-             inlier, partial[c]);
+    simd::call<sumChunk>(matches, c * CHUNK, std::min(matches.size(), (c + 1) * CHUNK), cutoff,
+                         inlier, partial[c]);
   Sums total;
   for (const Sums& sums : partial)
     for (std::size_t k = 0; k < SUMS; ++k)

@@ -72,7 +72,7 @@ radiusTable(const CameraIntrinsics& camera, const DepthNoise& noise,
   }
 }
 
-BUNDLE_ICP_SIMD void
+BUNDLE_ICP_INLINE void
 prepareRow(const float* z, int width, const std::vector<float>& radii, float* inverse,
            float* radius)
 {
@@ -87,7 +87,7 @@ prepareRow(const float* z, int width, const std::vector<float>& radii, float* in
   }
 }
 
-BUNDLE_ICP_SIMD void
+BUNDLE_ICP_INLINE void
 linkRows(const float* a, const float* b, int width, SurfaceLink linked, float* links)
 {
 #pragma omp simd
@@ -121,7 +121,7 @@ fitLine(float before, float after, float sum, float moment)
 
 /** Lines along a row, in blocks so that the sums stay in registers or the first cache.
  */
-BUNDLE_ICP_SIMD void
+BUNDLE_ICP_INLINE void
 fitAlongRow(const float* w, const float* link, const float* radius, int width,
             float* slope, float* value, float* confidence)
 {
@@ -164,7 +164,7 @@ struct PlaneBlock {
   float slope_x[64], slope_y[64], value[64], known[64];
 };
 
-BUNDLE_ICP_SIMD void
+BUNDLE_ICP_INLINE void
 fitDownColumns(Planes& planes, int row, int start, int n, PlaneBlock& block)
 {
   const std::size_t step = planes.value.step1();
@@ -213,7 +213,7 @@ fitDownColumns(Planes& planes, int row, int start, int n, PlaneBlock& block)
 }
 
 /** Normals, and the cosine of the angle between normal and ray, of one row. */
-BUNDLE_ICP_SIMD void
+BUNDLE_ICP_INLINE void
 normalsOfBlock(const PlaneBlock& block, const CameraIntrinsics& camera, int row,
                int start, int n, float* normals, float* cosine)
 {
@@ -266,7 +266,7 @@ edgeDistance(Planes& planes, const cv::Size& size)
 
 /** Weight of one row: 1 / sigma^2 times cosine of the viewing angle and edge distance.
  */
-BUNDLE_ICP_SIMD void
+BUNDLE_ICP_INLINE void
 weightsOfRow(const float* z, const float* cosine, const float* distance, int width,
              const VirtualDepthOptions& options, float* weight)
 {
@@ -297,15 +297,15 @@ prepare(const DepthView& view, const VirtualDepthOptions& options, int threads,
 #pragma omp parallel for num_threads(threads) schedule(static)
   for (int v = 0; v < height; ++v) {
     const float* z = view.depth.ptr<float>(v);
-    prepareRow(z, width, radii, paddedRow(planes.inverse_depth, v),
-               paddedRow(planes.radius, v));
-    linkRows(z, z + 1, width - 1, linked, paddedRow(planes.link_right, v));
+    simd::call<prepareRow>(z, width, radii, paddedRow(planes.inverse_depth, v),
+                           paddedRow(planes.radius, v));
+    simd::call<linkRows>(z, z + 1, width - 1, linked, paddedRow(planes.link_right, v));
     if (v + 1 < height)
-      linkRows(z, view.depth.ptr<float>(v + 1), width, linked,
-               paddedRow(planes.link_down, v));
-    fitAlongRow(paddedRow(planes.inverse_depth, v), paddedRow(planes.link_right, v),
-                paddedRow(planes.radius, v), width, paddedRow(planes.slope_x, v),
-                paddedRow(planes.value, v), paddedRow(planes.slope_confidence, v));
+      simd::call<linkRows>(z, view.depth.ptr<float>(v + 1), width, linked,
+                           paddedRow(planes.link_down, v));
+    simd::call<fitAlongRow>(paddedRow(planes.inverse_depth, v), paddedRow(planes.link_right, v),
+                            paddedRow(planes.radius, v), width, paddedRow(planes.slope_x, v),
+                            paddedRow(planes.value, v), paddedRow(planes.slope_confidence, v));
   }
 }
 
@@ -325,12 +325,12 @@ fillNormalsAndWeights(DepthView& view, const VirtualDepthOptions& options)
     for (int start = 0; start < size.width; start += 64) {
       const int n = std::min(64, size.width - start);
       PlaneBlock block;
-      fitDownColumns(planes, v, start, n, block);
-      normalsOfBlock(block, view.camera, v, start, n,
-                     view.normals.ptr<float>(v) + 3 * start, cosine.data() + start);
+      simd::call<fitDownColumns>(planes, v, start, n, block);
+      simd::call<normalsOfBlock>(block, view.camera, v, start, n,
+                                 view.normals.ptr<float>(v) + 3 * start, cosine.data() + start);
     }
-    weightsOfRow(view.depth.ptr<float>(v), cosine.data(), distance.ptr<float>(v),
-                 size.width, options, view.weight.ptr<float>(v));
+    simd::call<weightsOfRow>(view.depth.ptr<float>(v), cosine.data(), distance.ptr<float>(v),
+                             size.width, options, view.weight.ptr<float>(v));
   }
 }
 

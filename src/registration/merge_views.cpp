@@ -18,12 +18,6 @@ constexpr float MIN_WEIGHT_SHARE = 0.1f;
 /** Depth of a sample that shows nothing [m]: finite, so that sums stay free of NaN. */
 constexpr float FAR_AWAY = 1e6f;
 
-inline float
-larger(float a, float b)
-{
-  return a > b ? a : b;
-}
-
 /** Samples that one view contributes to a row of the virtual image. */
 struct RowSamples {
   std::vector<float> inverse, depth, weight, nx, ny, nz;
@@ -54,8 +48,6 @@ fetchRow(const Contribution& from, int row, int width, RowSamples& out)
       from.warped.data() + static_cast<std::ptrdiff_t>(row) * width;
   const cv::Vec3f* normals = from.view->normals.ptr<cv::Vec3f>();
   const float* weights = from.view->weight.ptr<float>();
-  float *inverse = out.inverse.data(), *weight = out.weight.data();
-  float *nx = out.nx.data(), *ny = out.ny.data(), *nz = out.nz.data();
   // All views together are more streams than the processor looks ahead of, hence the hints
   // for the next row.
   const int next = from.view->depth.cols;
@@ -64,22 +56,19 @@ fetchRow(const Contribution& from, int row, int width, RowSamples& out)
     __builtin_prefetch(weights + pixel + next);
     __builtin_prefetch(normals + pixel + next);
     __builtin_prefetch(pixels + u + width);
-    inverse[u] = pixels[u].inverse_depth;
-    weight[u] = weights[pixel];
-    nx[u] = normals[pixel][0];
-    ny[u] = normals[pixel][1];
-    nz[u] = normals[pixel][2];
+    out.inverse[u] = pixels[u].inverse_depth;
+    out.weight[u] = weights[pixel];
+    out.nx[u] = normals[pixel][0];
+    out.ny[u] = normals[pixel][1];
+    out.nz[u] = normals[pixel][2];
   }
 }
 
-/** The measured depth moves a point along the view's ray. How far this moves the
- * surface along the virtual ray, and so its weight there, depends on how both meet it.
- *  `out` has what fetchRow() put there. */
-BUNDLE_ICP_SIMD void
+/** viewTerm() for a whole row; `out` has what fetchRow() put there. */
+BUNDLE_ICP_INLINE void
 sampleRow(const Contribution& from, const CameraIntrinsics& camera, int row,
           RowSamples& out)
 {
-  const float* inverse = out.inverse.data();
   const Eigen::Matrix3f& R = from.rotation;
   const float r00 = R(0, 0), r01 = R(0, 1), r02 = R(0, 2), r10 = R(1, 0), r11 = R(1, 1),
               r12 = R(1, 2), r20 = R(2, 0), r21 = R(2, 1), r22 = R(2, 2);
@@ -87,14 +76,12 @@ sampleRow(const Contribution& from, const CameraIntrinsics& camera, int row,
   const float y = static_cast<float>((row - camera.cy) / camera.fy);
   const float cx = static_cast<float>(camera.cx),
               scale = static_cast<float>(1 / camera.fx);
-  float *depth = out.depth.data(), *weight = out.weight.data();
-  float *nx = out.nx.data(), *ny = out.ny.data(), *nz = out.nz.data();
 #pragma omp simd
   for (int u = 0; u < camera.width; ++u) {
     // Loaded whether needed or not: a loop without branches is one for vector
     // instructions.
-    const float inverse_z = inverse[u], full_weight = weight[u];
-    const float a = nx[u], b = ny[u], c = nz[u];
+    const float inverse_z = out.inverse[u], full_weight = out.weight[u];
+    const float a = out.nx[u], b = out.ny[u], c = out.nz[u];
     const float x = (static_cast<float>(u) - cx) * scale;
     const float divisor = inverse_z > 0 ? inverse_z : 1.0f;
     const float z = 1 / divisor;
@@ -107,96 +94,129 @@ sampleRow(const Contribution& from, const CameraIntrinsics& camera, int row,
     const float along_view = (n0 * px + n1 * py + n2 * pz) / view_depth;
     const float ratio = along_virtual / along_view;
     const float gain = ratio < 2 ? ratio : 2.0f;
-    const float facing = larger(along_virtual, along_view);
+    const float facing = simd::larger(along_virtual, along_view);
     const bool seen = (inverse_z > 0) & (facing < 0);
     const float scaled = full_weight * gain * gain;
-    depth[u] = seen ? z : FAR_AWAY;
-    weight[u] = seen ? scaled : 0.0f;
-    nx[u] = seen ? n0 : 0.0f;
-    ny[u] = seen ? n1 : 0.0f;
-    nz[u] = seen ? n2 : 0.0f;
+    out.depth[u] = seen ? z : FAR_AWAY;
+    out.weight[u] = seen ? scaled : 0.0f;
+    out.nx[u] = seen ? n0 : 0.0f;
+    out.ny[u] = seen ? n1 : 0.0f;
+    out.nz[u] = seen ? n2 : 0.0f;
   }
 }
 
-/** Sums the samples within merge_sigmas of the nearest one, in columns begin to end. */
-BUNDLE_ICP_SIMD void
-sumNearest(const std::vector<RowSamples>& samples, const VirtualDepthOptions& options,
-           int begin, int end, RowSums& sums)
+/** Sums the samples within merge_sigmas of the nearest one. */
+BUNDLE_ICP_INLINE void
+sumNearest(const std::vector<RowSamples>& samples, const VirtualDepthOptions& options, int width,
+           RowSums& sums)
 {
   const float reach = static_cast<float>(options.merge_sigmas * std::sqrt(2.0));
   const float constant = static_cast<float>(options.noise.constant) * reach;
   const float quadratic = static_cast<float>(options.noise.quadratic) * reach;
   const float offset = static_cast<float>(options.noise.offset);
-  float *front = sums.front.data(), *weight = sums.weight.data(),
-        *depth = sums.depth.data();
-  float *nx = sums.nx.data(), *ny = sums.ny.data(), *nz = sums.nz.data();
-  float* behind = sums.behind.data();
 #pragma omp simd
-  for (int u = begin; u < end; ++u) {
-    front[u] = FAR_AWAY;
-    weight[u] = depth[u] = nx[u] = ny[u] = nz[u] = behind[u] = 0;
+  for (int u = 0; u < width; ++u) {
+    sums.front[u] = FAR_AWAY;
+    sums.weight[u] = sums.depth[u] = sums.nx[u] = sums.ny[u] = sums.nz[u] = sums.behind[u] = 0;
   }
-  for (const RowSamples& s : samples) {
-    const float* z = s.depth.data();
+  for (const RowSamples& s : samples)
 #pragma omp simd
-    for (int u = begin; u < end; ++u)
-      front[u] = z[u] < front[u] ? z[u] : front[u];
-  }
-  for (const RowSamples& s : samples) {
-    const float *z = s.depth.data(), *w = s.weight.data();
-    const float *sx = s.nx.data(), *sy = s.ny.data(), *sz = s.nz.data();
+    for (int u = 0; u < width; ++u)
+      sums.front[u] = s.depth[u] < sums.front[u] ? s.depth[u] : sums.front[u];
+  for (const RowSamples& s : samples)
 #pragma omp simd
-    for (int u = begin; u < end; ++u) {
-      const float d = front[u] - offset, step = z[u] - front[u];
+    for (int u = 0; u < width; ++u) {
+      const float d = sums.front[u] - offset, step = s.depth[u] - sums.front[u];
       const bool same = step <= constant + quadratic * d * d;
-      const float all = w[u];
+      const float all = s.weight[u];
       const float used = same ? all : 0.0f;
-      weight[u] += used;
-      depth[u] += used * step;
-      nx[u] += used * sx[u];
-      ny[u] += used * sy[u];
-      nz[u] += used * sz[u];
-      behind[u] += all - used;
+      sums.weight[u] += used;
+      sums.depth[u] += used * step;
+      sums.nx[u] += used * s.nx[u];
+      sums.ny[u] += used * s.ny[u];
+      sums.nz[u] += used * s.nz[u];
+      sums.behind[u] += all - used;
     }
-  }
 }
 
-/** Removes the nearest surface from one column: hardly any weight says that it exists.
- */
-void
-removeFront(std::vector<RowSamples>& samples, const VirtualDepthOptions& options,
-            int column, float front)
+/** What the views show in one column, the nearest surface in `sums`. */
+ViewTerm
+mergeColumn(const std::vector<RowSamples>& samples, const RowSums& sums, std::size_t u,
+            const VirtualDepthOptions& options)
 {
-  const std::size_t u = static_cast<std::size_t>(column);
-  const double reach =
-      options.merge_sigmas * std::sqrt(2.0) * options.noise.sigma(front);
-  for (RowSamples& s : samples)
-    if (s.depth[u] - front <= static_cast<float>(reach)) {
-      s.depth[u] = FAR_AWAY;
-      s.weight[u] = 0;
-    }
+  if (sums.weight[u] >= MIN_WEIGHT_SHARE * sums.behind[u])
+    return {sums.front[u] + sums.depth[u] * (1 / sums.weight[u]), sums.weight[u],
+            {sums.nx[u], sums.ny[u], sums.nz[u]}};
+  std::vector<ViewTerm> terms;
+  for (const RowSamples& s : samples)
+    terms.push_back({s.depth[u], s.weight[u], {s.nx[u], s.ny[u], s.nz[u]}});
+  return virtualDepthAt(terms, options);
 }
 
 void
-writeRow(const RowSums& sums, int row, VirtualDepth& out)
+writeRow(const std::vector<RowSamples>& samples, const RowSums& sums, int row,
+         const VirtualDepthOptions& options, VirtualDepth& out)
 {
   float* depth = out.depth.ptr<float>(row);
   float* variance = out.variance.ptr<float>(row);
   cv::Vec3f* normals = out.normals.ptr<cv::Vec3f>(row);
   constexpr float NOT_SEEN = std::numeric_limits<float>::quiet_NaN();
-  for (int column = 0; column < out.camera.width; ++column) {
-    const std::size_t u = static_cast<std::size_t>(column);
-    const bool seen = sums.weight[u] > 0;
-    const float scale = seen ? 1 / sums.weight[u] : NOT_SEEN;
-    const float x = sums.nx[u], y = sums.ny[u], z = sums.nz[u];
+  for (int u = 0; u < out.camera.width; ++u) {
+    const ViewTerm merged = mergeColumn(samples, sums, static_cast<std::size_t>(u), options);
+    const bool seen = merged.w > 0;
+    const float x = merged.normal.x(), y = merged.normal.y(), z = merged.normal.z();
     const float norm = seen ? 1 / std::sqrt(x * x + y * y + z * z) : NOT_SEEN;
-    depth[column] = sums.front[u] + sums.depth[u] * scale;
-    variance[column] = scale;
-    normals[column] = cv::Vec3f(x * norm, y * norm, z * norm);
+    depth[u] = seen ? merged.D : NOT_SEEN;
+    variance[u] = seen ? 1 / merged.w : NOT_SEEN;
+    normals[u] = cv::Vec3f(x * norm, y * norm, z * norm);
   }
 }
 
 } // namespace
+
+ViewTerm
+viewTerm(const Contribution& from, const CameraIntrinsics& camera, int u, int v)
+{
+  const WarpedPixel& pixel = from.warped[static_cast<std::size_t>(v * camera.width + u)];
+  if (!(pixel.inverse_depth > 0))
+    return {};
+  const Eigen::Vector3f ray = camera.unproject(u, v, 1).cast<float>();
+  const Eigen::Vector3f X = ray / pixel.inverse_depth, X_i = X - from.center;
+  const float* const normal = from.view->normals.ptr<float>() + 3 * pixel.source;
+  const Eigen::Vector3f n = from.rotation * Eigen::Map<const Eigen::Vector3f>(normal);
+  const float along_virtual = n.dot(ray), along_view = n.dot(X_i) / X_i.dot(from.rotation.col(2));
+  if (!(std::max(along_virtual, along_view) < 0))
+    return {}; // seen from behind
+  const float gain = std::min(along_virtual / along_view, 2.0f);
+  return {X.z(), from.view->weight.ptr<float>()[pixel.source] * gain * gain, n};
+}
+
+ViewTerm
+virtualDepthAt(std::vector<ViewTerm> terms, const VirtualDepthOptions& options)
+{
+  while (true) {
+    float nearest = FAR_AWAY;
+    for (const ViewTerm& term : terms)
+      nearest = term.w > 0 ? std::min(nearest, term.D) : nearest;
+    const float reach = static_cast<float>(options.merge_sigmas * std::sqrt(2.0) *
+                                           options.noise.sigma(nearest));
+    ViewTerm sum;
+    float behind = 0;
+    for (ViewTerm& term : terms) {
+      if (term.D - nearest > reach) {
+        behind += term.w;
+        continue;
+      }
+      sum.D += term.w * (term.D - nearest);
+      sum.normal += term.w * term.normal;
+      sum.w += term.w;
+      term.w = 0; // gone, should hardly any weight say that this surface exists
+    }
+    sum.D = nearest + sum.D * (1 / sum.w);
+    if (sum.w >= MIN_WEIGHT_SHARE * behind)
+      return sum;
+  }
+}
 
 void
 mergeViews(const std::vector<Contribution>& contributions,
@@ -212,17 +232,10 @@ mergeViews(const std::vector<Contribution>& contributions,
     for (int row = 0; row < out.camera.height; ++row) {
       for (std::size_t i = 0; i < contributions.size(); ++i) {
         fetchRow(contributions[i], row, width, samples[i]);
-        sampleRow(contributions[i], out.camera, row, samples[i]);
+        simd::call<sampleRow>(contributions[i], out.camera, row, samples[i]);
       }
-      sumNearest(samples, options, 0, width, sums);
-      for (int u = 0; u < width; ++u) {
-        const std::size_t c = static_cast<std::size_t>(u);
-        while (sums.weight[c] < MIN_WEIGHT_SHARE * sums.behind[c]) {
-          removeFront(samples, options, u, sums.front[c]);
-          sumNearest(samples, options, u, u + 1, sums);
-        }
-      }
-      writeRow(sums, row, out);
+      simd::call<sumNearest>(samples, options, width, sums);
+      writeRow(samples, sums, row, options, out);
     }
   }
 }

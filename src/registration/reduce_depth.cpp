@@ -59,7 +59,7 @@ averageOfSurface(float* depths, std::size_t count, std::size_t block_size,
 }
 
 /** The same for blocks of four depths in any order, without branches. */
-BUNDLE_ICP_SIMD void
+BUNDLE_ICP_INLINE void
 reduceRowByTwo(const float* upper, const float* lower, int width, SurfaceLink linked,
                float* reduced)
 {
@@ -126,8 +126,8 @@ reduceDepth(const cv::Mat& depth, const CameraIntrinsics& camera, int factor,
 #pragma omp parallel for num_threads(resolveThreads(options.num_threads)) schedule(static)
     for (int v = 0; v < reduced.rows; ++v)
       if (factor == 2)
-        reduceRowByTwo(depth.ptr<float>(2 * v), depth.ptr<float>(2 * v + 1), reduced.cols,
-                       linked, reduced.ptr<float>(v));
+        simd::call<reduceRowByTwo>(depth.ptr<float>(2 * v), depth.ptr<float>(2 * v + 1),
+                                   reduced.cols, linked, reduced.ptr<float>(v));
       else
         reduceRow(depth, v, factor, linked, reduced);
   }

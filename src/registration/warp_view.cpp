@@ -14,6 +14,9 @@
 namespace bundle_icp {
 namespace {
 
+using simd::larger;
+using simd::smaller;
+
 /** Nearer to the virtual camera than this, nothing is rendered [m]. */
 constexpr float NEAR_PLANE = 0.05f;
 /** A mesh cell larger than this in the virtual view is too coarse to be of use [px]. */
@@ -61,17 +64,13 @@ struct Warp {
   }
 };
 
-BUNDLE_ICP_SIMD void
+BUNDLE_ICP_INLINE void
 warpRow(const float* z, const float* weight, int width, int row, const Warp& warp,
         VertexRow& out)
 {
   float start[3];
   for (int i = 0; i < 3; ++i)
     start[i] = warp.origin[i] + static_cast<float>(row) * warp.y[i];
-  float* u = out.u.data();
-  float* v = out.v.data();
-  float* inverse = out.inverse_z.data();
-  float* valid = out.valid.data();
 #pragma omp simd
   for (int c = 0; c < width; ++c) {
     const float column = static_cast<float>(c);
@@ -83,14 +82,15 @@ warpRow(const float* z, const float* weight, int width, int row, const Warp& war
     const float w = depth * (start[2] + column * warp.x[2]) + warp.translation[2];
     const bool in_front = usable & (w > NEAR_PLANE);
     const float divisor = in_front ? w : 1.0f;
-    inverse[c] = 1 / divisor;
-    u[c] = a * inverse[c];
-    v[c] = b * inverse[c];
-    valid[c] = in_front ? 1.0f : 0.0f;
+    const float inverse = 1 / divisor;
+    out.inverse_z[c] = inverse;
+    out.u[c] = a * inverse;
+    out.v[c] = b * inverse;
+    out.valid[c] = in_front ? 1.0f : 0.0f;
   }
 }
 
-BUNDLE_ICP_SIMD void
+BUNDLE_ICP_INLINE void
 linkVertices(const float* a, const float* b, const float* valid_a, const float* valid_b,
              int width, SurfaceLink linked, float* links)
 {
@@ -102,6 +102,12 @@ linkVertices(const float* a, const float* b, const float* valid_a, const float* 
 struct Vertex {
   float u, v, inverse_z;
 };
+
+BUNDLE_ICP_INLINE Vertex
+vertex(const VertexRow& row, int c)
+{
+  return {row.u[c], row.v[c], row.inverse_z[c]};
+}
 
 /** The pixel buffer that one view is rendered into. */
 class Target {
@@ -184,46 +190,60 @@ struct RowCells {
   }
 };
 
-inline float
-smaller(float a, float b)
+/** Where a pixel lies in a cell: so much along the edges to `a` and to `b`. */
+struct Place {
+  float s, t, inverse_z;
+  float area; ///< of the parallelogram of both edges [px^2]
+};
+
+/** A quad is nearly a parallelogram: a fixed-point step inverts its bilinear map. */
+BUNDLE_ICP_INLINE Place
+locate(Vertex o, Vertex a, Vertex b, Vertex c, bool quad, int u, int v)
 {
-  return a < b ? a : b;
+  const float ax = a.u - o.u, ay = a.v - o.v, bx = b.u - o.u, by = b.v - o.v;
+  const float gx = quad ? c.u - a.u - bx : 0, gy = quad ? c.v - a.v - by : 0;
+  const float determinant = ax * by - ay * bx, scale = 1 / determinant;
+  const float x = static_cast<float>(u) - o.u, y = static_cast<float>(v) - o.v;
+  float s = (x * by - y * bx) * scale, t = (ax * y - ay * x) * scale;
+  const float xk = x - s * t * gx, yk = y - s * t * gy;
+  s = (xk * by - yk * bx) * scale;
+  t = (ax * yk - ay * xk) * scale;
+  const float da = a.inverse_z - o.inverse_z, db = b.inverse_z - o.inverse_z;
+  const float dc = quad ? c.inverse_z - a.inverse_z - db : 0;
+  return {s, t, o.inverse_z + s * da + t * db + s * t * dc, determinant};
 }
 
-inline float
-larger(float a, float b)
+/** How many edges of the quad between columns c and c + 1 lie on a surface. */
+BUNDLE_ICP_INLINE float
+numLinks(const VertexRow& top, const VertexRow& bottom, int c)
 {
-  return a > b ? a : b;
+  return top.link_right[c] + bottom.link_right[c] + top.link_down[c] + top.link_down[c + 1];
 }
 
 /** First pixel at or after a coordinate, in an image of `size` pixels. */
-inline int
+BUNDLE_ICP_INLINE int
 firstPixel(float low, float size)
 {
-  const float start = smaller(larger(low, 0), size);
+  const float start = smaller(larger(low, 0.0f), size);
   const int before = static_cast<int>(start); // std::ceil() is not for vector instructions
   return before + (static_cast<float>(before) < start);
 }
 
 /** Last pixel at or before a coordinate, -1 = none. */
-inline int
+BUNDLE_ICP_INLINE int
 lastPixel(float high, float size)
 {
-  return static_cast<int>(larger(smaller(high + 1, size), 0)) - 1;
+  return static_cast<int>(larger(smaller(high + 1, size), 0.0f)) - 1;
 }
 
-BUNDLE_ICP_SIMD void
+BUNDLE_ICP_INLINE void
 boundQuads(const VertexRow& top, const VertexRow& bottom, int quads,
            const Target& target, RowCells& cells)
 {
-  const float *tu = top.u.data(), *tv = top.v.data();
-  const float *bu = bottom.u.data(), *bv = bottom.v.data();
-  const float *right = top.link_right.data(), *below = bottom.link_right.data();
-  const float* down = top.link_down.data();
-  int *u0 = cells.u0.data(), *u1 = cells.u1.data(), *v0 = cells.v0.data(),
-      *v1 = cells.v1.data();
   const float width = static_cast<float>(target.width),
               height = static_cast<float>(target.height);
+  const float *tu = top.u.data(), *tv = top.v.data();
+  const float *bu = bottom.u.data(), *bv = bottom.v.data();
 #pragma omp simd
   for (int c = 0; c < quads; ++c) {
     const float u_min = smaller(smaller(tu[c], tu[c + 1]), smaller(bu[c], bu[c + 1]));
@@ -231,99 +251,52 @@ boundQuads(const VertexRow& top, const VertexRow& bottom, int quads,
     const float v_min = smaller(smaller(tv[c], tv[c + 1]), smaller(bv[c], bv[c + 1]));
     const float v_max = larger(larger(tv[c], tv[c + 1]), larger(bv[c], bv[c + 1]));
     const float du = u_max - u_min, dv = v_max - v_min;
-    u0[c] = firstPixel(u_min - SEAM * du, width);
-    v0[c] = firstPixel(v_min - SEAM * dv, height);
-    v1[c] = lastPixel(v_max + SEAM * dv, height);
+    cells.u0[c] = firstPixel(u_min - SEAM * du, width);
+    cells.v0[c] = firstPixel(v_min - SEAM * dv, height);
+    cells.v1[c] = lastPixel(v_max + SEAM * dv, height);
     // At least two linked edges make a cell. Without branches, for vector instructions.
-    const float links = right[c] + below[c] + down[c] + down[c + 1];
-    const float linked = links >= 2 ? 1.0f : 0.0f;
+    const float linked = numLinks(top, bottom, c) >= 2 ? 1.0f : 0.0f;
     const float usable = larger(du, dv) <= MAX_CELL ? linked : 0.0f;
-    u1[c] = lastPixel(usable * (u_max + SEAM * du + 1) - 1, width);
+    cells.u1[c] = lastPixel(usable * (u_max + SEAM * du + 1) - 1, width);
   }
 }
 
 /** Renders the quads that meet a single pixel: as renderCell(), for a whole row. */
-BUNDLE_ICP_SIMD void
+BUNDLE_ICP_INLINE void
 sampleQuads(const VertexRow& top, const VertexRow& bottom, int quads, int row,
             int image_width, RowCells& cells)
 {
-  const float *tu = top.u.data(), *tv = top.v.data(), *tz = top.inverse_z.data();
-  const float *bu = bottom.u.data(), *bv = bottom.v.data(),
-              *bz = bottom.inverse_z.data();
-  const float *right = top.link_right.data(), *below = bottom.link_right.data();
-  const float* down = top.link_down.data();
-  const int *u0 = cells.u0.data(), *u1 = cells.u1.data();
-  const int *v0 = cells.v0.data(), *v1 = cells.v1.data();
-  int *single = cells.single.data(), *index = cells.index.data(),
-      *source = cells.source.data();
-  float* inverse = cells.inverse_z.data();
   const int first = row * (quads + 1);
 #pragma omp simd
   for (int c = 0; c < quads; ++c) {
-    const float ax = tu[c + 1] - tu[c], ay = tv[c + 1] - tv[c];
-    const float bx = bu[c] - tu[c], by = bv[c] - tv[c];
-    const float gx = bu[c + 1] - tu[c + 1] - bx, gy = bv[c + 1] - tv[c + 1] - by;
-    const float determinant = ax * by - ay * bx, scale = 1 / determinant;
-    const float x = static_cast<float>(u0[c]) - tu[c],
-                y = static_cast<float>(v0[c]) - tv[c];
-    float s = (x * by - y * bx) * scale, t = (ax * y - ay * x) * scale;
-    const float xk = x - s * t * gx, yk = y - s * t * gy;
-    s = (xk * by - yk * bx) * scale;
-    t = (ax * yk - ay * xk) * scale;
-    const float da = tz[c + 1] - tz[c], db = bz[c] - tz[c],
-                dc = bz[c + 1] - tz[c + 1] - db;
-    inverse[c] = tz[c] + s * da + t * db + s * t * dc;
-    const int step_a = s > 0.5f ? 1 : 0, step_b = t > 0.5f ? quads + 1 : 0;
-    source[c] = first + c + step_a + step_b;
+    const int u = cells.u0[c], v = cells.v0[c];
+    const Place at = locate(vertex(top, c), vertex(top, c + 1), vertex(bottom, c),
+                            vertex(bottom, c + 1), true, u, v);
+    cells.inverse_z[c] = at.inverse_z;
+    cells.source[c] = first + c + (at.s > 0.5f ? 1 : 0) + (at.t > 0.5f ? quads + 1 : 0);
     // The distance by which the pixel lies outside, so that one comparison decides.
-    const float outside = larger(larger(-s, -t), larger(s, t) - 1);
-    const float area = outside <= SEAM ? determinant : 0.0f;
-    const int at = v0[c] * image_width + u0[c];
-    index[c] = area > MIN_AREA ? at : -1;
-    const int more = (u1[c] - u0[c]) | (v1[c] - v0[c]);
-    const float links = right[c] + below[c] + down[c] + down[c + 1];
-    const int whole = links >= 4 ? 0 : 1;
-    single[c] = (more | whole) == 0 ? 1 : 0;
+    const float outside = larger(larger(-at.s, -at.t), larger(at.s, at.t) - 1);
+    const float area = outside <= SEAM ? at.area : 0.0f;
+    const int pixel = v * image_width + u;
+    cells.index[c] = area > MIN_AREA ? pixel : -1;
+    const int more = (cells.u1[c] - u) | (cells.v1[c] - v);
+    const int whole = numLinks(top, bottom, c) >= 4 ? 0 : 1;
+    cells.single[c] = (more | whole) == 0 ? 1 : 0;
   }
 }
 
 inline void
 renderCell(const Cell& cell, const Box& box, Target& target)
 {
-  const float ax = cell.a.u - cell.o.u, ay = cell.a.v - cell.o.v;
-  const float bx = cell.b.u - cell.o.u, by = cell.b.v - cell.o.v;
-  const float determinant = ax * by - ay * bx;
-  if (determinant <= MIN_AREA)
-    return;
-  const float scale = 1 / determinant;
-  const float gx = cell.quad ? cell.c.u - cell.a.u - bx : 0;
-  const float gy = cell.quad ? cell.c.v - cell.a.v - by : 0;
-  const float da = cell.a.inverse_z - cell.o.inverse_z;
-  const float db = cell.b.inverse_z - cell.o.inverse_z;
-  const float dc = cell.quad ? cell.c.inverse_z - cell.a.inverse_z - db : 0;
   for (int v = box.v0; v <= box.v1; ++v)
     for (int u = box.u0; u <= box.u1; ++u) {
-      const float x = static_cast<float>(u) - cell.o.u,
-                  y = static_cast<float>(v) - cell.o.v;
-      float s = (x * by - y * bx) * scale, t = (ax * y - ay * x) * scale;
-      // A quad is nearly a parallelogram: a fixed-point step inverts its bilinear map.
-      const float xk = x - s * t * gx, yk = y - s * t * gy;
-      s = (xk * by - yk * bx) * scale;
-      t = (ax * yk - ay * xk) * scale;
-      const bool inside =
-          s >= -SEAM && t >= -SEAM && (cell.quad ? larger(s, t) : s + t) <= 1 + SEAM;
-      if (inside)
-        target.add(
-            v * target.width + u, cell.o.inverse_z + s * da + t * db + s * t * dc,
-            cell.pixel_o + (s > 0.5f ? cell.step_a : 0) + (t > 0.5f ? cell.step_b : 0));
+      const Place at = locate(cell.o, cell.a, cell.b, cell.c, cell.quad, u, v);
+      const float farthest = cell.quad ? larger(at.s, at.t) : at.s + at.t;
+      if (at.area > MIN_AREA && at.s >= -SEAM && at.t >= -SEAM && farthest <= 1 + SEAM)
+        target.add(v * target.width + u, at.inverse_z,
+                   cell.pixel_o + (at.s > 0.5f ? cell.step_a : 0) +
+                       (at.t > 0.5f ? cell.step_b : 0));
     }
-}
-
-Vertex
-vertex(const VertexRow& row, int column)
-{
-  const std::size_t c = static_cast<std::size_t>(column);
-  return {row.u[c], row.v[c], row.inverse_z[c]};
 }
 
 /** A cell that may meet several pixels. Where one of four vertices lies on another
@@ -393,14 +366,14 @@ warpView(const DepthView& view, const CameraIntrinsics& camera,
   RowCells cells(static_cast<std::size_t>(width));
   for (int v = 0; v < height; ++v) {
     const float* z = view.depth.ptr<float>(v);
-    warpRow(z, view.weight.ptr<float>(v), width, v, warp, bottom);
-    linkVertices(z, z + 1, bottom.valid.data(), bottom.valid.data() + 1, width - 1,
-                 linked, bottom.link_right.data());
+    simd::call<warpRow>(z, view.weight.ptr<float>(v), width, v, warp, bottom);
+    simd::call<linkVertices>(z, z + 1, bottom.valid.data(), bottom.valid.data() + 1, width - 1,
+                             linked, bottom.link_right.data());
     if (v > 0) {
-      linkVertices(view.depth.ptr<float>(v - 1), z, top.valid.data(),
-                   bottom.valid.data(), width, linked, top.link_down.data());
-      boundQuads(top, bottom, width - 1, target, cells);
-      sampleQuads(top, bottom, width - 1, v - 1, camera.width, cells);
+      simd::call<linkVertices>(view.depth.ptr<float>(v - 1), z, top.valid.data(),
+                               bottom.valid.data(), width, linked, top.link_down.data());
+      simd::call<boundQuads>(top, bottom, width - 1, target, cells);
+      simd::call<sampleQuads>(top, bottom, width - 1, v - 1, camera.width, cells);
       renderBetween(top, bottom, v - 1, width, cells, target);
     }
     std::swap(top, bottom);

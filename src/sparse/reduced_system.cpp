@@ -27,15 +27,7 @@ dampedPart(double diagonal)
   return std::max(diagonal, 1e-6 * scale * scale);
 }
 
-using Doubles = double __attribute__((vector_size(32)));
-
-BUNDLE_ICP_INLINE Doubles
-load(const double* from)
-{
-  Doubles vector;
-  std::memcpy(&vector, from, sizeof(vector));
-  return vector;
-}
+using simd::Doubles;
 
 /** block -= a b', for a and b of SIZE x 3, all of them with columns of whole vectors. */
 template <int SIZE>
@@ -46,29 +38,23 @@ subtractProduct(const double* a, const double* b, double* block)
   Doubles rows[3][VECTORS];
   for (int k = 0; k < 3; ++k)
     for (int v = 0; v < VECTORS; ++v)
-      rows[k][v] = load(a + k * STRIDE + 4 * v);
+      rows[k][v] = simd::load<Doubles>(a + k * STRIDE + 4 * v);
   for (int j = 0; j < SIZE; ++j)
     for (int v = 0; v < VECTORS; ++v) {
       double* const at = block + j * STRIDE + 4 * v;
-      const Doubles difference = load(at) - rows[0][v] * b[j] - rows[1][v] * b[STRIDE + j] -
+      const Doubles difference = simd::load<Doubles>(at) - rows[0][v] * b[j] - rows[1][v] * b[STRIDE + j] -
                                  rows[2][v] * b[2 * STRIDE + j];
       std::memcpy(at, &difference, sizeof(difference));
     }
 }
 
 /** The blocks of one column that one point has a part in. */
-BUNDLE_ICP_SIMD void
-subtractProducts6(const double* b, const double* const* a, double* const* blocks, std::size_t count)
+template <int SIZE>
+BUNDLE_ICP_INLINE void
+subtractProducts(const double* b, const double* const* a, double* const* blocks, std::size_t count)
 {
   for (std::size_t k = 0; k < count; ++k)
-    subtractProduct<6>(a[k], b, blocks[k]);
-}
-
-BUNDLE_ICP_SIMD void
-subtractProducts9(const double* b, const double* const* a, double* const* blocks, std::size_t count)
-{
-  for (std::size_t k = 0; k < count; ++k)
-    subtractProduct<9>(a[k], b, blocks[k]);
+    subtractProduct<SIZE>(a[k], b, blocks[k]);
 }
 
 } // namespace
@@ -271,8 +257,8 @@ ReducedSystem<SIZE>::sumColumn(std::size_t image)
       factors.push_back(eliminated_[j].data());
       targets.push_back(block_of[other]);
     }
-    const auto subtract = SIZE == 6 ? subtractProducts6 : subtractProducts9;
-    subtract(eliminated.data(), factors.data(), targets.data(), factors.size());
+    simd::call<subtractProducts<SIZE>>(eliminated.data(), factors.data(), targets.data(),
+                                       factors.size());
     if (numCalibrated() > 0)
       by_calibration += by_calibration_[k].transpose().lazyProduct(o.by_image) -
                         points_by_calibration_[p].transpose().lazyProduct(

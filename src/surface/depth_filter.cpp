@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "surface/depth_filter.h"
-#include "surface/simd.h"
+#include "common/simd.h"
 
 #include <array>
 #include <limits>
@@ -67,7 +67,7 @@ invertBack(const float* inverse, int width, float* depth)
 }
 
 /** One row of a pass. Tukey's biweight in the difference from the centre. */
-BUNDLE_ICP_SIMD void
+BUNDLE_ICP_INLINE void
 smoothRow(const std::array<const float*, TAPS>& rows, int width, const PassOptions& options, float* out)
 {
   for (int x = 0; x < width; x += lanes) {
@@ -103,7 +103,7 @@ smoothOnce(const PaddedImage& in, int width, int height, const PassOptions& opti
     std::array<const float*, TAPS> rows;
     for (int j = 0; j < TAPS; ++j)
       rows[j] = in.row(y + (j - REACH) * options.spacing);
-    smoothRow(rows, width, options, out.row(y));
+    call<smoothRow>(rows, width, options, out.row(y));
     // The last vector reaches into the margin, which must stay zero.
     std::fill_n(out.row(y) + width, lanes, 0.0F);
   }

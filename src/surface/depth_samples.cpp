@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "surface/depth_samples.h"
-#include "surface/simd.h"
+#include "common/simd.h"
 
 #include <algorithm>
 #include <cmath>
@@ -46,7 +46,7 @@ viewingCosine(const RowInput& in, const float* const rows[], Floats z, Floats li
               int at, int u)
 {
   const float focal = in.fx;
-  const auto slope = [z, limit, focal](Floats before, Floats after) {
+  const auto slope = [z, limit, focal](Floats before, Floats after) __attribute__((always_inline)) {
     const Ints has_before = magnitude(before - z) < limit;
     const Ints has_after = magnitude(after - z) < limit;
     const Floats rise = (has_after ? after : z) - (has_before ? before : z);
@@ -136,7 +136,7 @@ weighEnd(const RowInput& in, int u, float* weights, std::uint32_t* color)
   weighEight(in, rows, slope_radius, u, weights, color);
 }
 
-BUNDLE_ICP_SIMD void
+BUNDLE_ICP_INLINE void
 weightRow(const RowInput& in, float* weights, std::uint32_t* color)
 {
   weighEnd(in, 0, weights, color);
@@ -216,9 +216,9 @@ DepthSamples::DepthSamples(const RGBDFrame& frame, const CameraIntrinsics& frame
     }
 #pragma omp for nowait
     for (int v = 0; v < height; ++v)
-      weightRow(rowInput(*this, v, zeros.data(), options.noise),
-                &weight[std::size_t(v) * width],
-                color.empty() ? nullptr : &color[std::size_t(v) * width]);
+      call<weightRow>(rowInput(*this, v, zeros.data(), options.noise),
+                      &weight[std::size_t(v) * width],
+                      color.empty() ? nullptr : &color[std::size_t(v) * width]);
 #pragma omp for
     for (int i = 0; i < tiles_x * tiles_y; ++i) {
       const int u = i % tiles_x * tile, v = i / tiles_x * tile;

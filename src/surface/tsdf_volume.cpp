@@ -72,33 +72,6 @@ imageFromWorld(const CameraIntrinsics& camera, const Pose& camera_from_world)
   return camera_matrix * camera_from_world;
 }
 
-FusionView
-makeView(const DepthSamples& samples, const Eigen::Matrix3d& image_from_world,
-         const TSDFOptions& options, const ColorCorrection& correction)
-{
-  FusionView view{};
-  view.depth = samples.depth.data();
-  view.weight = samples.weight.data();
-  view.color = samples.color.empty() ? nullptr : samples.color.data();
-  view.color_weight = correction.weight;
-  for (int channel = 0; channel < 3; ++channel)
-    view.gain[channel] = correction.gain[channel];
-  view.width = samples.camera.width;
-  view.height = samples.camera.height;
-  view.fx = static_cast<float>(samples.camera.fx);
-  for (int axis = 0; axis < 3; ++axis)
-    for (int i = 0; i < 3; ++i)
-      view.step[axis][i] = static_cast<float>(image_from_world(i, axis) * options.voxel_size);
-  view.voxel_size = static_cast<float>(options.voxel_size);
-  view.truncation = static_cast<float>(options.truncation);
-  view.inverse_truncation = 1 / view.truncation;
-  view.min_depth = static_cast<float>(options.min_depth);
-  view.constant = static_cast<float>(options.noise.constant);
-  view.quadratic = static_cast<float>(options.noise.quadratic);
-  view.offset = static_cast<float>(options.noise.offset);
-  return view;
-}
-
 // Different for every block and frame, the same whatever the order of the blocks.
 std::uint32_t
 roundingSeed(const Eigen::Vector3i& block, std::uint32_t frame)
@@ -231,7 +204,7 @@ TSDFVolume::integrate(const RGBDFrame& frame, const CameraIntrinsics& camera,
       findVisibleBlocks(blocks, samples, camera_from_world, options, num_threads);
 
   const Eigen::Affine3d image_from_world = imageFromWorld(camera, camera_from_world);
-  const FusionView view = makeView(samples, image_from_world.linear(), options, correction);
+  const FusionView view = makeFusionView(samples, image_from_world.linear(), options, correction);
   const RegionTest region(options);
   const double block_size = options.voxel_size * block_edge;
   const std::uint32_t frame_number = impl_->num_frames++;

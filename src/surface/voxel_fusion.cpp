@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "surface/voxel_fusion.h"
-#include "surface/simd.h"
+#include "common/simd.h"
 
 #include <algorithm>
 
@@ -60,7 +60,7 @@ showsAll(const FusionView& view, const float corner[3])
   constexpr Floats right = {0, edge, 0, edge, 0, edge, 0, edge};
   constexpr Floats down = {0, 0, edge, edge, 0, 0, edge, edge};
   constexpr Floats back = {0, 0, 0, 0, edge, edge, edge, edge};
-  const auto along = [&](int axis) {
+  const auto along = [&](int axis) __attribute__((always_inline)) {
     return corner[axis] + right * view.step[0][axis] + down * view.step[1][axis] +
            back * view.step[2][axis];
   };
@@ -201,7 +201,7 @@ BUNDLE_ICP_INLINE Words
 blendChannel(const Row& row, const Words corners[4], int from, float gain, Floats share,
              Words old, int to, int largest)
 {
-  const auto get = [from](Words color) { return toFloats(color >> from & 255u); };
+  const auto get = [from](Words color) __attribute__((always_inline)) { return toFloats(color >> from & 255u); };
   const Floats upper = get(corners[0]) + row.fu * (get(corners[1]) - get(corners[0]));
   const Floats lower = get(corners[2]) + row.fu * (get(corners[3]) - get(corners[2]));
   const Floats color = (upper + row.fv * (lower - upper)) *
@@ -295,11 +295,9 @@ lookUpRows(const FusionView& view, const float corner[3], float farthest,
   return count;
 }
 
-} // namespace
-
-BUNDLE_ICP_SIMD bool
-fuseBlock(const FusionView& view, const float corner[3], float farthest,
-          const RegionClip* clip, std::uint32_t seed, VoxelBlock& block)
+BUNDLE_ICP_INLINE bool
+fuse(const FusionView& view, const float corner[3], float farthest, const RegionClip* clip,
+     std::uint32_t seed, VoxelBlock& block)
 {
   // Step by step for all rows instead of row by row: the branches that tell which rows need
   // a step are as good as random, and a loop without them overlaps the rows' look-ups.
@@ -334,6 +332,73 @@ fuseBlock(const FusionView& view, const float corner[3], float farthest,
   for (int i = 0; i < num_chosen; ++i)
     updateColor(view, rows[chosen[i]], block.color + rows[chosen[i]].number * block_edge);
   return any(behind);
+}
+
+} // namespace
+
+FusionView
+makeFusionView(const DepthSamples& samples, const Eigen::Matrix3d& image_from_world,
+               const TSDFOptions& options, const ColorCorrection& correction)
+{
+  FusionView view{};
+  view.depth = samples.depth.data();
+  view.weight = samples.weight.data();
+  view.color = samples.color.empty() ? nullptr : samples.color.data();
+  view.color_weight = correction.weight;
+  for (int channel = 0; channel < 3; ++channel)
+    view.gain[channel] = correction.gain[channel];
+  view.width = samples.camera.width;
+  view.height = samples.camera.height;
+  view.fx = static_cast<float>(samples.camera.fx);
+  for (int axis = 0; axis < 3; ++axis)
+    for (int i = 0; i < 3; ++i)
+      view.step[axis][i] = static_cast<float>(image_from_world(i, axis) * options.voxel_size);
+  view.voxel_size = static_cast<float>(options.voxel_size);
+  view.truncation = static_cast<float>(options.truncation);
+  view.inverse_truncation = 1 / view.truncation;
+  view.min_depth = static_cast<float>(options.min_depth);
+  view.constant = static_cast<float>(options.noise.constant);
+  view.quadratic = static_cast<float>(options.noise.quadratic);
+  view.offset = static_cast<float>(options.noise.offset);
+  return view;
+}
+
+void
+fuseVoxel(const FusionView& view, const float at[3], VoxelMean& voxel)
+{
+  const float mu = view.truncation, z = at[2], u = at[0] / z, v = at[1] / z;
+  if (!(z > view.min_depth && u >= 0 && v >= 0 && u < static_cast<float>(view.width - 1) &&
+        v < static_cast<float>(view.height - 1)))
+    return;
+  const int nearest = static_cast<int>(v + 0.5f) * view.width + static_cast<int>(u + 0.5f);
+  float D = view.depth[nearest];
+  if (!(D > 0 && D - z > -mu))
+    return;
+  if (D - z < mu) {
+    const int u0 = static_cast<int>(u), v0 = static_cast<int>(v);
+    const float* const upper = view.depth + v0 * view.width + u0;
+    const float* const lower = upper + view.width;
+    const auto [low, high] = std::minmax({upper[0], upper[1], lower[0], lower[1]});
+    const float fu = u - static_cast<float>(u0), fv = v - static_cast<float>(v0);
+    if (low > 0 && high - low < 4.2f * noiseAt(view, high) + high * (4 / view.fx))
+      D = (1 - fv) * ((1 - fu) * upper[0] + fu * upper[1]) +
+          fv * ((1 - fu) * lower[0] + fu * lower[1]);
+  }
+  const float S = std::max(-1.0f, std::min(1.0f, (D - z) / mu));
+  const float behind = z - D - view.voxel_size - noiseAt(view, z);
+  const float W = view.weight[nearest] *
+                  std::min(1.0f, 1 - behind / (fall_off_voxels * view.voxel_size));
+  if (!(W > 0))
+    return;
+  voxel.S = (voxel.W * voxel.S + W * S) / (voxel.W + W);
+  voxel.W += W;
+}
+
+bool
+fuseBlock(const FusionView& view, const float corner[3], float farthest,
+          const RegionClip* clip, std::uint32_t seed, VoxelBlock& block)
+{
+  return call<fuse>(view, corner, farthest, clip, seed, block);
 }
 
 } // namespace bundle_icp

@@ -47,8 +47,24 @@ struct RegionClip {
   float half[3];    ///< of the box's edges [m]
 };
 
-/** Fuses the frame into one block, whose first voxel lies at `corner`, in the coordinates of
- *  FusionView::step; voxels beyond the depth `farthest` do not change. `seed` drives the unbiased
+/** `image_from_world` turns the world's axes to those of FusionView::step. */
+FusionView
+makeFusionView(const DepthSamples& samples, const Eigen::Matrix3d& image_from_world,
+               const TSDFOptions& options, const ColorCorrection& correction);
+
+/** Equation (7) in one voxel X_w: the mean of what all frames have said. */
+struct VoxelMean {
+  float S = 0; ///< S_k(X_w), proj(T_w^i X_w) - D_i with the sign that is positive in front [mu]
+  float W = 0; ///< W_k(X_w), the sum of weights
+};
+
+/** Equation (7) in one voxel at `at`, in the coordinates of FusionView::step, whose third is
+ *  proj(T_w^i X_w): what fuseBlock() does, without rounding to 16 bits. */
+void
+fuseVoxel(const FusionView& view, const float at[3], VoxelMean& voxel);
+
+/** Equation (7) for a block of voxels. The first lies at `corner`, in the coordinates of
+ *  FusionView::step; those beyond the depth `farthest` do not change. `seed` drives the unbiased
  *  rounding to the block's 16 bits; `clip` is null where all of the block lies in the region.
  *  Returns true when a voxel that it changed lies behind the surface. */
 bool

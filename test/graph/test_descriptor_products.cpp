@@ -3,6 +3,7 @@
 #include "graph/descriptor_products.h"
 
 #include "landmarks.h"
+#include "variants.h"
 
 #include "graph/descriptor_forest.h"
 
@@ -75,49 +76,10 @@ TEST(DescriptorProducts, EqualIntegerProductsForAnySize)
   for (const int size : {1, 15, 16, 17, 1000})
     for (const int other : {1, 5, 16, 17, 33}) {
       SCOPED_TRACE(std::to_string(other) + " x " + std::to_string(size));
-      expectNaiveResult(randomDescriptors(other, 1), randomDescriptors(size, 2));
+      forEachVariant([&] {
+        expectNaiveResult(randomDescriptors(other, 1), randomDescriptors(size, 2));
+      });
     }
-}
-
-TEST(DescriptorProducts, AreExactAroundTheRangeOfSixteenBits)
-{
-  // Of norm 256, as descriptors of images are, and with ever more of it in one place.
-  const cv::Mat usual = Landmarks(60).descriptors();
-  cv::Mat fitting = usual.clone(), others;
-  for (int values = 5; values <= 40; ++values)
-    for (const int step : {1, 4}) {
-      cv::Mat one(1, PackedDescriptors::LENGTH, CV_8UC1, cv::Scalar(0));
-      for (int k = 0; k < std::min(values, one.cols / step); ++k)
-        one.at<std::uint8_t>(0, k * step) =
-            static_cast<std::uint8_t>(std::ceil(256 / std::sqrt(values)));
-      (PackedDescriptors(one).fitWords() ? fitting : others).push_back(one);
-    }
-  ASSERT_GT(others.rows, 5);
-  std::int32_t largest = 0;
-  for (int i = usual.rows; i < fitting.rows; ++i)
-    largest = std::max(largest, product(fitting, i, fitting, i));
-  ASSERT_GT(largest, 65000); // beyond 15 bits in one of four parts at least
-  expectNaiveResult(fitting, fitting);
-  expectNaiveResult(others, fitting);
-  expectNaiveResult(fitting, others);
-}
-
-TEST(DescriptorProducts, KnowWhatFitsSixteenBits)
-{
-  // 4 * 127^2 + 31^2 + 7^2 + 3^2 = 65535, all of it among the even pairs of the first half.
-  cv::Mat one(1, PackedDescriptors::LENGTH, CV_8UC1, cv::Scalar(0));
-  const std::array<std::uint8_t, 7> values{127, 127, 127, 127, 31, 7, 3};
-  for (std::size_t k = 0; k < values.size(); ++k)
-    one.at<std::uint8_t>(0, static_cast<int>(4 * k)) = values[k];
-  EXPECT_TRUE(PackedDescriptors(one).fitWords());
-  expectNaiveResult(one, one);
-  one.at<std::uint8_t>(0, 61) = 1;
-  EXPECT_FALSE(PackedDescriptors(one).fitWords());
-  expectNaiveResult(one, one);
-  one.at<std::uint8_t>(0, 61) = 0;
-  one.at<std::uint8_t>(0, 62) = 1; // among the odd ones
-  EXPECT_TRUE(PackedDescriptors(one).fitWords());
-  expectNaiveResult(one, one);
 }
 
 TEST(DescriptorProducts, DoNotSaturate)
@@ -125,9 +87,11 @@ TEST(DescriptorProducts, DoNotSaturate)
   const cv::Mat largest(20, PackedDescriptors::LENGTH, CV_8UC1, cv::Scalar(127));
   std::vector<BestProducts> rows;
   std::vector<int> columns;
-  bestProducts(largest, PackedDescriptors(largest), rows, columns);
-  for (const BestProducts& row : rows)
-    EXPECT_EQ(row.best, 128 * 127 * 127);
+  forEachVariant([&] {
+    bestProducts(largest, PackedDescriptors(largest), rows, columns);
+    for (const BestProducts& row : rows)
+      EXPECT_EQ(row.best, 128 * 127 * 127);
+  });
 }
 
 TEST(DescriptorProducts, LowestIndexWinsTies)
