@@ -2,14 +2,8 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "surface/mesh_editing.h"
 
-#include <bundle_icp/surface/mesh_cleaning.h>
-
-#include <pcl/exceptions.h>
-
-#include <cmath>
 #include <limits>
 #include <set>
-#include <string>
 
 namespace bundle_icp {
 namespace {
@@ -25,7 +19,7 @@ using Loop = std::vector<std::uint32_t>; ///< half-edges, or vertices
 /** Cuts a boundary that comes by a vertex more than once, as where holes meet in one, into loops
  *  that do not. */
 void
-addSimpleLoops(const MeshEdges& edges, const Loop& boundary, std::vector<Loop>& loops)
+addSimpleLoops(const HalfEdges& edges, const Loop& boundary, std::vector<Loop>& loops)
 {
   Loop open;
   for (const std::uint32_t h : boundary) {
@@ -41,7 +35,7 @@ addSimpleLoops(const MeshEdges& edges, const Loop& boundary, std::vector<Loop>& 
 
 /** The boundaries of the mesh as half-edges, one after the other. */
 std::vector<Loop>
-findBoundaries(const MeshEdges& edges)
+findBoundaries(const HalfEdges& edges)
 {
   // Where triangles are not oriented alike, as a Moebius strip cannot be, there is no hole.
   std::vector<std::int64_t> opposites = edges.opposites();
@@ -61,9 +55,9 @@ findBoundaries(const MeshEdges& edges)
     for (std::uint32_t h = start; !seen[h];) {
       seen[h] = true;
       boundary.push_back(h);
-      h = MeshEdges::next(h);
+      h = HalfEdges::next(h);
       while (opposites[h] >= 0)
-        h = MeshEdges::next(std::uint32_t(opposites[h]));
+        h = HalfEdges::next(std::uint32_t(opposites[h]));
     }
     if (std::none_of(boundary.begin(), boundary.end(), [&](std::uint32_t h) { return is_seam[h]; }))
       addSimpleLoops(edges, boundary, boundaries);
@@ -144,12 +138,12 @@ private:
 
 class HoleFilling {
 public:
-  explicit HoleFilling(SurfaceMesh& mesh)
-  : mesh_(mesh), edges_(mesh.triangles, mesh.vertices.size())
+  HoleFilling(SurfaceMesh& mesh, MeshCleaningResult& result)
+  : mesh_(mesh), edges_(mesh.triangles, mesh.vertices.size()), result_(result)
   {
   }
 
-  MeshCleaningResult
+  void
   fill(double max_perimeter)
   {
     for (const Loop& boundary : findBoundaries(edges_))
@@ -157,7 +151,6 @@ public:
           perimeter(boundary) <= max_perimeter)
         fillOne(boundary);
     mesh_.triangles.insert(mesh_.triangles.end(), added_.begin(), added_.end());
-    return result_;
   }
 
 private:
@@ -221,22 +214,18 @@ private:
   }
 
   SurfaceMesh& mesh_;
-  MeshEdges edges_;
+  HalfEdges edges_;
   std::vector<Triangle> added_;
   std::set<std::pair<std::uint32_t, std::uint32_t>> new_edges_;
-  MeshCleaningResult result_;
+  MeshCleaningResult& result_;
 };
 
 } // namespace
 
-MeshCleaningResult
-fillHoles(SurfaceMesh& mesh, double max_perimeter)
+void
+fillHoles(SurfaceMesh& mesh, double max_perimeter, MeshCleaningResult& result)
 {
-  if (!(max_perimeter >= 0 && std::isfinite(max_perimeter)))
-    throw pcl::BadArgumentException("fillHoles: max_perimeter " + std::to_string(max_perimeter) +
-                                    "; expected 0 or more metres");
-  checkLists(mesh, "fillHoles");
-  return HoleFilling(mesh).fill(max_perimeter);
+  HoleFilling(mesh, result).fill(max_perimeter);
 }
 
 } // namespace bundle_icp

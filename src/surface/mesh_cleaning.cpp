@@ -69,9 +69,7 @@ removeDegenerateTriangles(SurfaceMesh& mesh)
   for (std::size_t i = 1; i < corners.size(); ++i)
     if (corners[i].first == corners[i - 1].first)
       keep[corners[i].second] = false;
-  const std::size_t before = mesh.triangles.size();
-  keepTriangles(mesh, keep);
-  return before - mesh.triangles.size();
+  return keepTriangles(mesh, keep);
 }
 
 /** Leaves each edge its largest triangle, and the largest of the others, if possible of those
@@ -80,7 +78,7 @@ std::size_t
 removeNonManifoldTriangles(SurfaceMesh& mesh)
 {
   std::vector<std::uint8_t> keep(mesh.triangles.size(), true);
-  const MeshEdges edges(mesh.triangles, mesh.vertices.size());
+  const HalfEdges edges(mesh.triangles, mesh.vertices.size());
   edges.forEachEdge([&](const std::uint32_t* first, const std::uint32_t* last) {
     if (last - first <= 2)
       return;
@@ -100,9 +98,7 @@ removeNonManifoldTriangles(SurfaceMesh& mesh)
     for (std::size_t i = 2; i < around.size(); ++i)
       keep[around[i] / 3] = false;
   });
-  const std::size_t before = mesh.triangles.size();
-  keepTriangles(mesh, keep);
-  return before - mesh.triangles.size();
+  return keepTriangles(mesh, keep);
 }
 
 /** Turns triangles so that neighbours run along their shared edge in opposite directions, and
@@ -183,7 +179,7 @@ private:
   }
 
   SurfaceMesh& mesh_;
-  MeshEdges edges_;
+  const HalfEdges edges_;
   std::vector<std::int64_t> opposites_;
   std::vector<std::uint8_t> flip_;
 };
@@ -193,13 +189,12 @@ private:
 MeshCleaningResult
 cleanExtracted(SurfaceMesh& mesh, const MeshCleaningOptions& options)
 {
-  const std::size_t small =
-      options.min_component_area > 0 ? removeSmallAreas(mesh, options.min_component_area) : 0;
   MeshCleaningResult result;
+  if (options.min_component_area > 0)
+    result.small_components = removeSmallAreas(mesh, options.min_component_area);
   if (options.max_hole_perimeter > 0)
-    result = fillHoles(mesh, options.max_hole_perimeter);
+    fillHoles(mesh, options.max_hole_perimeter, result);
   removeUnusedVertices(mesh);
-  result.small_components = small;
   return result;
 }
 
@@ -239,12 +234,7 @@ cleanMesh(SurfaceMesh& mesh, const MeshCleaningOptions& options)
 MeshCleaningResult
 cleanMesh(pcl::PolygonMesh& mesh, const MeshCleaningOptions& options)
 {
-  SurfaceMesh surface = toSurfaceMesh(mesh);
-  const MeshCleaningResult result = cleanMesh(surface, options);
-  const pcl::PCLHeader header = mesh.header;
-  mesh = toPolygonMesh(surface);
-  mesh.header = header;
-  return result;
+  return editSurface(mesh, [&](SurfaceMesh& surface) { return cleanMesh(surface, options); });
 }
 
 } // namespace bundle_icp

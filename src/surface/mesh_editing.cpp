@@ -5,6 +5,7 @@
 #include <pcl/exceptions.h>
 
 #include <algorithm>
+#include <numeric>
 #include <string>
 
 namespace bundle_icp {
@@ -30,7 +31,7 @@ checkLists(const SurfaceMesh& mesh, const char* caller)
                                         std::to_string(vertex) + " of " + std::to_string(size));
 }
 
-void
+std::size_t
 keepTriangles(SurfaceMesh& mesh, const std::vector<std::uint8_t>& keep)
 {
   std::size_t count = 0;
@@ -38,6 +39,7 @@ keepTriangles(SurfaceMesh& mesh, const std::vector<std::uint8_t>& keep)
     if (keep[t])
       mesh.triangles[count++] = mesh.triangles[t];
   mesh.triangles.resize(count);
+  return keep.size() - count;
 }
 
 void
@@ -65,40 +67,28 @@ removeUnusedVertices(SurfaceMesh& mesh)
       vertex = numbers[vertex];
 }
 
-MeshEdges::MeshEdges(const std::vector<Triangle>& triangles, std::size_t num_vertices)
-: triangles_(triangles), begin_(num_vertices + 1, 0), half_edges_(3 * triangles.size())
+HalfEdges::HalfEdges(const std::vector<Triangle>& triangles, std::size_t num_vertices)
+: triangles_(triangles), begin_(num_vertices + 2, 0), half_edges_(3 * triangles.size())
 {
-  const auto smaller = [this](std::uint32_t h) { return std::min(from(h), to(h)); };
   const auto count = static_cast<std::uint32_t>(half_edges_.size());
   for (std::uint32_t h = 0; h < count; ++h)
-    ++begin_[smaller(h) + 1];
-  for (std::size_t v = 0; v < num_vertices; ++v)
-    begin_[v + 1] += begin_[v];
-  std::vector<std::uint32_t> end(begin_.begin(), begin_.end() - 1);
+    ++begin_[from(h) + 2];
+  std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
   for (std::uint32_t h = 0; h < count; ++h)
-    half_edges_[end[smaller(h)]++] = h;
-  // Some six half-edges each; their numbers decide between those of one edge.
-  for (std::size_t v = 0; v < num_vertices; ++v)
-    std::sort(half_edges_.begin() + begin_[v],
-              half_edges_.begin() + begin_[v + 1],
-              [this](std::uint32_t a, std::uint32_t b) {
-                const std::uint32_t to_a = larger(a), to_b = larger(b);
-                return to_a != to_b ? to_a < to_b : a < b;
-              });
+    half_edges_[begin_[from(h) + 1]++] = h; // which moves it on to where the next begins
+  begin_.pop_back();
 }
 
 bool
-MeshEdges::areJoined(std::uint32_t a, std::uint32_t b) const
+HalfEdges::areJoined(std::uint32_t a, std::uint32_t b) const
 {
-  const std::uint32_t first = std::min(a, b), second = std::max(a, b);
-  for (std::uint32_t i = begin_[first]; i < begin_[first + 1]; ++i)
-    if (larger(half_edges_[i]) == second)
-      return true;
-  return false;
+  bool joined = false;
+  forEachLeaving(a, [&](std::uint32_t h) { joined |= to(h) == b || from(next(next(h))) == b; });
+  return joined;
 }
 
 std::vector<std::int64_t>
-MeshEdges::opposites() const
+HalfEdges::opposites() const
 {
   std::vector<std::int64_t> opposites(half_edges_.size(), -1);
   forEachEdge([&](const std::uint32_t* first, const std::uint32_t* last) {

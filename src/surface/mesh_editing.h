@@ -4,6 +4,8 @@
 
 #include <bundle_icp/surface/mesh_cleaning.h>
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -34,13 +36,36 @@ editVertexLists(SurfaceMesh& mesh, const Edit& edit)
     edit(mesh.deviations);
 }
 
+/** Calls edit(mesh) for a mesh in PCL's form. \return what that returns. */
+template <typename Edit>
+auto
+editSurface(pcl::PolygonMesh& mesh, const Edit& edit)
+{
+  SurfaceMesh surface = toSurfaceMesh(mesh);
+  const auto result = edit(surface);
+  const pcl::PCLHeader header = mesh.header;
+  mesh = toPolygonMesh(surface);
+  mesh.header = header;
+  return result;
+}
+
 /** cleanMesh() for what marching cubes give, which has no duplicate vertex, no triangle without
  *  area, at most two triangles at an edge, and is oriented. */
 MeshCleaningResult
 cleanExtracted(SurfaceMesh& mesh, const MeshCleaningOptions& options);
 
-/** Keeps the triangles whose flag is set, in their order. */
+/** Removes connected components of less area [m^2]; order is kept. \return how many. */
+std::size_t
+removeSmallAreas(SurfaceMesh& mesh, double min_area);
+
+/** Closes the holes of a clean mesh whose boundary is at most `max_perimeter` [m] and 1000 edges
+ *  long, without new vertices: by the triangulation of the boundary with the shortest edges in sum.
+ *  Holes where each would need a triangle without area, or an edge that exists already, stay open. */
 void
+fillHoles(SurfaceMesh& mesh, double max_perimeter, MeshCleaningResult& result);
+
+/** Keeps the triangles whose flag is set, in their order. \return how many went. */
+std::size_t
 keepTriangles(SurfaceMesh& mesh, const std::vector<std::uint8_t>& keep);
 
 /** Removes vertices that no triangle names; the others keep their order. */
@@ -71,10 +96,13 @@ isNarrow(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector
   return !((b - a).cross(c - a).norm() > share * longest);
 }
 
-/** The edges of a mesh. Half-edge 3 t + i runs from corner i of triangle t to the next. */
-class MeshEdges {
+/** The half-edges of a mesh by the vertex that they leave: half-edge 3 t + i runs from corner i of
+ *  triangle t to the next. Triangles need not be oriented alike, edges and vertices may have any
+ *  number of them. The one structure for all that asks what is next to what. */
+class HalfEdges {
 public:
-  explicit MeshEdges(const std::vector<Triangle>& triangles, std::size_t num_vertices);
+  /** The triangles must outlive this. */
+  HalfEdges(const std::vector<Triangle>& triangles, std::size_t num_vertices);
 
   std::uint32_t
   from(std::uint32_t half_edge) const
@@ -85,7 +113,7 @@ public:
   std::uint32_t
   to(std::uint32_t half_edge) const
   {
-    return triangles_[half_edge / 3][(half_edge % 3 + 1) % 3];
+    return from(next(half_edge));
   }
 
   /** The half-edge after this one in its triangle. */
@@ -95,18 +123,41 @@ public:
     return half_edge % 3 == 2 ? half_edge - 2 : half_edge + 1;
   }
 
-  /** Calls visit(first, last), a range of half-edges of either direction, for each edge, in an
-   *  order that follows from the mesh. */
+  /** Calls visit(half_edge) for those that leave a vertex, one for each triangle around it. */
+  template <typename Visit>
+  void
+  forEachLeaving(std::size_t vertex, const Visit& visit) const
+  {
+    for (std::uint32_t i = begin_[vertex]; i < begin_[vertex + 1]; ++i)
+      visit(half_edges_[i]);
+  }
+
+  /** Calls visit(first, last), a range of half-edges of either direction, for each edge, in the
+   *  order of its smaller and larger vertex. */
   template <typename Visit>
   void
   forEachEdge(const Visit& visit) const
   {
-    for (std::size_t v = 0; v + 1 < begin_.size(); ++v)
-      for (std::uint32_t i = begin_[v], j = i; i < begin_[v + 1]; i = j) {
-        while (j < begin_[v + 1] && larger(half_edges_[j]) == larger(half_edges_[i]))
-          ++j;
-        visit(half_edges_.data() + i, half_edges_.data() + j);
+    using EndAndHalfEdge = std::pair<std::uint32_t, std::uint32_t>;
+    std::vector<EndAndHalfEdge> larger;
+    std::vector<std::uint32_t> edge;
+    for (std::uint32_t v = 0; v + 1 < begin_.size(); ++v) {
+      larger.clear();
+      forEachLeaving(v, [&](std::uint32_t h) {
+        const std::uint32_t entering = next(next(h));
+        if (to(h) > v)
+          larger.emplace_back(to(h), h);
+        if (from(entering) > v)
+          larger.emplace_back(from(entering), entering);
+      });
+      std::sort(larger.begin(), larger.end());
+      for (auto i = larger.begin(); i != larger.end();) {
+        edge.clear();
+        for (const std::uint32_t end = i->first; i != larger.end() && i->first == end; ++i)
+          edge.push_back(i->second);
+        visit(edge.data(), edge.data() + edge.size());
       }
+    }
   }
 
   bool
@@ -117,15 +168,9 @@ public:
   opposites() const;
 
 private:
-  std::uint32_t
-  larger(std::uint32_t half_edge) const
-  {
-    return std::max(from(half_edge), to(half_edge));
-  }
-
   const std::vector<Triangle>& triangles_;
-  std::vector<std::uint32_t> begin_;      // by the smaller vertex of the edge
-  std::vector<std::uint32_t> half_edges_; // sorted by the larger one therein
+  std::vector<std::uint32_t> begin_; // by vertex
+  std::vector<std::uint32_t> half_edges_;
 };
 
 } // namespace bundle_icp

@@ -25,26 +25,17 @@ struct Vertex {
   float offset; ///< along the normal, to where the neighbours and the vertex say together
 };
 
-/** The vertices of a mesh, and of each those next to it in the order of the triangles. Each
- *  neighbour of an interior one is there once, where a triangle's edge leaves the vertex. */
+/** The neighbours of a vertex are those to which a half-edge of its triangles leads: each of an
+ *  interior one is there once. */
 class Smoother {
 public:
   Smoother(const SurfaceMesh& mesh, int num_threads)
-  : num_threads_(num_threads), vertices_(mesh.vertices.size()), begin_(mesh.vertices.size() + 1, 0),
-    neighbours_(3 * mesh.triangles.size())
+  : num_threads_(num_threads), vertices_(mesh.vertices.size()),
+    edges_(mesh.triangles, mesh.vertices.size())
   {
     for (std::size_t v = 0; v < vertices_.size(); ++v)
       vertices_[v] = {
           mesh.vertices[v], 1 / (mesh.deviations[v] * mesh.deviations[v]), mesh.normals[v], 0};
-    for (const Triangle& triangle : mesh.triangles)
-      for (const std::uint32_t vertex : triangle)
-        ++begin_[vertex + 1];
-    for (std::size_t v = 1; v < begin_.size(); ++v)
-      begin_[v] += begin_[v - 1];
-    std::vector<std::uint32_t> next(begin_.begin(), begin_.end() - 1);
-    for (const Triangle& triangle : mesh.triangles)
-      for (int i = 0; i < 3; ++i)
-        neighbours_[next[triangle[i]]++] = triangle[(i + 1) % 3];
   }
 
   void
@@ -96,12 +87,12 @@ private:
   {
     const Eigen::Vector3f& normal = vertices_[v].normal;
     Eigen::Vector3f sum = normal;
-    for (std::uint32_t i = begin_[v]; i < begin_[v + 1]; ++i) {
-      const Eigen::Vector3f& other = vertices_[neighbours_[i]].normal;
+    edges_.forEachLeaving(v, [&](std::uint32_t h) {
+      const Eigen::Vector3f& other = vertices_[edges_.to(h)].normal;
       const float cosine = other.dot(normal);
       if (cosine > SAME_SIDE)
         sum += (cosine - SAME_SIDE) / (1 - SAME_SIDE) * other;
-    }
+    });
     return sum.normalized();
   }
 
@@ -110,8 +101,8 @@ private:
   {
     const Vertex& vertex = vertices_[v];
     float sum = 0, weights = vertex.precision;
-    for (std::uint32_t i = begin_[v]; i < begin_[v + 1]; ++i) {
-      const Vertex& other = vertices_[neighbours_[i]];
+    edges_.forEachLeaving(v, [&](std::uint32_t h) {
+      const Vertex& other = vertices_[edges_.to(h)];
       const float along =
           0.5F * (vertex.normal + other.normal).dot(other.position - vertex.position);
       // The square of the difference over its variance.
@@ -119,17 +110,17 @@ private:
                            (vertex.precision + other.precision);
       const float falloff = 1 - sigmas * (1 / (SURFACE_SIGMAS * SURFACE_SIGMAS));
       if (!(falloff > 0)) // nor NaN
-        continue;
+        return;
       const float weight = falloff * falloff * other.precision;
       sum += weight * along;
       weights += weight;
-    }
+    });
     return weights > 0 ? sum / weights : 0; // NaN: 0
   }
 
   const int num_threads_;
   std::vector<Vertex> vertices_;
-  std::vector<std::uint32_t> begin_, neighbours_;
+  const HalfEdges edges_;
 };
 
 /** What is left of standard deviations, measured on planes with noise of which half is shared by

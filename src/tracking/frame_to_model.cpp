@@ -4,6 +4,7 @@
 #include <bundle_icp/surface/tsdf_raycast.h>
 #include <bundle_icp/tracking/frame_to_model.h>
 
+#include <opencv2/core.hpp>
 #include <pcl/exceptions.h>
 
 #include <cmath>

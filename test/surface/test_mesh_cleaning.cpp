@@ -114,15 +114,6 @@ TEST(MeshCleaning, AMoebiusStripStaysAsItIs)
   EXPECT_EQ(cleaned.triangles, strip.triangles);
 }
 
-TEST(MeshCleaning, TrianglesThatAreNotFiniteHaveNoArea)
-{
-  SurfaceMesh mesh = squareMesh(5);
-  mesh.vertices[0].x() = NAN;
-  const std::size_t all = mesh.triangles.size();
-  EXPECT_EQ(removeSmallAreas(mesh, 0.5), 0u);
-  EXPECT_EQ(mesh.triangles.size(), all);
-}
-
 TEST(MeshCleaning, SmallAreasGoHoweverFineTheyAre)
 {
   for (const int cells : {2, 20}) {
@@ -222,8 +213,4 @@ TEST(MeshCleaning, RefusesWhatMakesNoSense)
   pcl::PolygonMesh nothing;
   EXPECT_CONTAINS(messageOf<pcl::BadArgumentException>([&] { cleanMesh(nothing); }),
                   "no x, y, z");
-  EXPECT_CONTAINS(messageOf<pcl::BadArgumentException>([&] { fillHoles(mesh, NAN); }),
-                  "max_perimeter nan");
-  EXPECT_CONTAINS(messageOf<pcl::BadArgumentException>([&] { removeSmallAreas(mesh, NAN); }),
-                  "min_area nan");
 }

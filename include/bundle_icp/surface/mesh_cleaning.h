@@ -50,24 +50,4 @@ cleanMesh(SurfaceMesh& mesh, const MeshCleaningOptions& options = {});
 BUNDLE_ICP_EXPORT MeshCleaningResult
 cleanMesh(pcl::PolygonMesh& mesh, const MeshCleaningOptions& options = {});
 
-/** Removes connected components of fewer triangles, and vertices without triangle.
- *  Order is kept. */
-BUNDLE_ICP_EXPORT void
-removeSmallComponents(SurfaceMesh& mesh, std::size_t min_triangles);
-
-/** Removes connected components of less area [m^2], and vertices without triangle. Order is
- *  kept. Triangles with a corner that is not finite have no area.
- *  \return the number of components removed.
- *  \throws pcl::BadArgumentException for an area that is not finite or less than 0. */
-BUNDLE_ICP_EXPORT std::size_t
-removeSmallAreas(SurfaceMesh& mesh, double min_area);
-
-/** Closes the holes of a mesh that cleanMesh() has been over, those whose boundary is at
- *  most `max_perimeter` [m] and 1000 edges long, without new vertices: by the triangulation
- *  of the boundary with the shortest edges in sum. Holes where each triangulation would need
- *  a triangle without area, or an edge that exists already, stay open.
- *  \return of MeshCleaningResult, what concerns holes. */
-BUNDLE_ICP_EXPORT MeshCleaningResult
-fillHoles(SurfaceMesh& mesh, double max_perimeter);
-
 } // namespace bundle_icp
