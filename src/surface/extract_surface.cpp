@@ -268,8 +268,6 @@ finishMesh(SurfaceMesh mesh, const MeshOptions& options, MeshReport* report)
   MeshSmoothingOptions smoothing = options.smoothing;
   smoothing.num_threads = resolveThreads(options.num_threads);
   smoothMesh(mesh, smoothing);
-  if (options.min_component_triangles > 0)
-    removeSmallComponents(mesh, options.min_component_triangles);
   MeshReport unused;
   MeshReport& result = report ? *report : unused;
   result.cleaning = cleanExtracted(mesh, options.cleaning);

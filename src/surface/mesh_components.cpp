@@ -70,13 +70,6 @@ removeComponents(SurfaceMesh& mesh, double min_size, const SizeOf& sizeOf)
 
 } // namespace
 
-void
-removeSmallComponents(SurfaceMesh& mesh, std::size_t min_triangles)
-{
-  checkLists(mesh, "removeSmallComponents");
-  removeComponents(mesh, double(min_triangles), [](const Triangle&) { return 1; });
-}
-
 std::size_t
 removeSmallAreas(SurfaceMesh& mesh, double min_area)
 {

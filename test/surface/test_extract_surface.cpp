@@ -187,31 +187,6 @@ TEST(ExtractSurface, ColorsDoNotSmear)
   }
 }
 
-TEST(ExtractSurface, SmallComponentsAreRemoved)
-{
-  const Intersection small_ball = [](const Eigen::Vector3d& origin,
-                                     const Eigen::Vector3d& ray) {
-    const double wall = plane({0, 0, 1}, 1.3)(origin, ray);
-    const double ball = sphere(0.03)(origin - Eigen::Vector3d(0, 0, 1), ray);
-    return std::isnan(ball) ? wall : ball;
-  };
-  const TSDFVolume volume = fuse(small_ball, {Pose::Identity()}, gray);
-  const auto isNear = [](const Eigen::Vector3f& vertex) { return vertex.z() < 1.15f; };
-  const auto numNear = [&](const SurfaceMesh& mesh) {
-    return std::count_if(mesh.vertices.begin(), mesh.vertices.end(), isNear);
-  };
-  const SurfaceMesh whole = extractSurface(volume, everything());
-  MeshOptions options;
-  options.min_component_triangles = 500;
-  const SurfaceMesh clean = extractSurface(volume, options);
-  EXPECT_GT(numNear(whole), 5);
-  EXPECT_EQ(numNear(clean), 0);
-  EXPECT_GT(clean.triangles.size(), whole.triangles.size() / 2);
-  for (const auto& triangle : clean.triangles)
-    for (const std::uint32_t vertex : triangle)
-      ASSERT_LT(vertex, clean.vertices.size());
-}
-
 TEST(ExtractSurface, SmallAreasAreRemovedUnlessAskedFor)
 {
   // A ball of radius 6 mm seen from one side, in front of a wall. With the rim that what is hidden

@@ -18,9 +18,6 @@ struct BUNDLE_ICP_EXPORT MeshOptions {
    *  = one at 5 m, slanted by 60 degrees. Raise it to drop what few or poor measurements saw, lower it for
    *  scans from far away. */
   double min_weight = 0.001;
-  /** Connected components with fewer triangles are removed; 0 = none. What it means depends on
-   *  the voxel size, unlike MeshCleaningOptions::min_component_area. */
-  std::size_t min_component_triangles = 0;
   /** Distance at which the surface is taken, in truncations, from 0 (the surface) to
    *  below 1 (in front of it): what pcl::MarchingCubes calls the iso level. */
   double iso_level = 0;

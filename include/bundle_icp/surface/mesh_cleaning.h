@@ -50,11 +50,6 @@ cleanMesh(SurfaceMesh& mesh, const MeshCleaningOptions& options = {});
 BUNDLE_ICP_EXPORT MeshCleaningResult
 cleanMesh(pcl::PolygonMesh& mesh, const MeshCleaningOptions& options = {});
 
-/** Removes connected components of fewer triangles, and vertices without triangle.
- *  Order is kept. */
-BUNDLE_ICP_EXPORT void
-removeSmallComponents(SurfaceMesh& mesh, std::size_t min_triangles);
-
 /** Removes connected components of less area [m^2], and vertices without triangle. Order is
  *  kept. Triangles with a corner that is not finite have no area.
  *  \return the number of components removed.
