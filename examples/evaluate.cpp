@@ -6,15 +6,17 @@
 
 #include <bundle_icp/evaluation/surface_error.h>
 #include <bundle_icp/evaluation/trajectory_error.h>
+#include <bundle_icp/io/mesh_io.h>
 #include <bundle_icp/io/rgbd_dataset.h>
 #include <bundle_icp/io/trajectory.h>
+#include <bundle_icp/surface/surface_mesh.h>
 
 #include <boost/algorithm/string/predicate.hpp>
 #include <boost/filesystem.hpp>
 #include <boost/program_options.hpp>
 #include <nlohmann/json.hpp>
+#include <pcl/common/io.h>
 #include <pcl/exceptions.h>
-#include <pcl/io/ply_io.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -155,26 +157,22 @@ readTruthFolder(const std::string& folder)
   return truth;
 }
 
-template <typename T>
-T
-readPly(const std::string& path)
+SurfaceError
+compareSurfaces(const pcl::PolygonMesh& mesh, const SurfaceMesh& truth,
+                const SurfaceErrorOptions& options)
 {
-  T content;
-  if (!fs::is_regular_file(path))
-    throw pcl::IOException(path + ": no such file");
-  if (pcl::io::loadPLYFile(path, content) < 0)
-    throw pcl::IOException(path +
-                           ": cannot be read as PLY (corrupt, or of another kind)");
-  return content;
-}
-
-template <typename PointT>
-pcl::PointCloud<PointT>
-toCloud(const pcl::PCLPointCloud2& blob)
-{
-  pcl::PointCloud<PointT> cloud;
-  pcl::fromPCLPointCloud2(blob, cloud);
-  return cloud;
+  pcl::PointCloud<pcl::PointNormal> points;
+  points.resize(truth.vertices.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    points[i].getVector3fMap() = truth.vertices[i];
+    if (!truth.normals.empty())
+      points[i].getNormalVector3fMap() = truth.normals[i];
+  }
+  if (!truth.normals.empty())
+    return surfaceError(mesh, points, options);
+  pcl::PointCloud<pcl::PointXYZ> places;
+  pcl::copyPointCloud(points, places);
+  return surfaceError(mesh, places, options);
 }
 
 Evaluation
@@ -208,12 +206,8 @@ evaluate(const Arguments& arguments)
   if (!arguments.mesh.empty()) {
     SurfaceErrorOptions options = arguments.surface_options;
     options.truth_from_estimate = absolute->truth_from_estimate;
-    const auto mesh = readPly<pcl::PolygonMesh>(arguments.mesh);
-    const auto surface = readPly<pcl::PCLPointCloud2>(arguments.surface);
-    if (pcl::getFieldIndex(surface, "normal_x") >= 0)
-      result.surface = surfaceError(mesh, toCloud<pcl::PointNormal>(surface), options);
-    else
-      result.surface = surfaceError(mesh, toCloud<pcl::PointXYZ>(surface), options);
+    result.surface = compareSurfaces(readMesh(arguments.mesh),
+                                     toSurfaceMesh(readMesh(arguments.surface)), options);
   }
   return result;
 }

@@ -5,12 +5,12 @@
 #include "common/parallel.h"
 #include "io/text_file.h"
 #include "reconstruction_report.h"
+#include "surface/preview.h"
 
 #include <bundle_icp/io/atomic_file.h>
 #include <bundle_icp/io/calibration_io.h>
 #include <bundle_icp/io/mesh_io.h>
 #include <bundle_icp/sparse/sparse_model_io.h>
-#include <bundle_icp/surface/preview.h>
 
 #include <boost/algorithm/string/replace.hpp>
 #include <boost/filesystem.hpp>
@@ -46,19 +46,6 @@ writeImage(const std::string& path, const cv::Mat& image)
   writeText(path, std::string(bytes.begin(), bytes.end()));
 }
 
-/** Camera of the preview pictures. */
-CameraIntrinsics
-previewCamera()
-{
-  CameraIntrinsics camera;
-  camera.width = 1280;
-  camera.height = 960;
-  camera.fx = camera.fy = 1050;
-  camera.cx = 639.5;
-  camera.cy = 479.5;
-  return camera;
-}
-
 /** The mesh, and the scan at a glance for people without a mesh viewer at hand. */
 void
 writeMeshAndPictures(const std::string& prefix,
@@ -68,17 +55,14 @@ writeMeshAndPictures(const std::string& prefix,
   std::vector<Pose> poses;
   for (const TimedPose& pose : result.trajectory())
     poses.push_back(pose.world_from_camera);
-  const CameraIntrinsics camera = previewCamera();
   const auto writeMeshes = [&] {
     for (const std::string& format : options.mesh_formats)
       writeMesh(prefix + "mesh." + format, result.mesh);
   };
   const auto writePreviews = [&] {
-    writeImage(prefix + "trajectory.png", renderTrajectoryPreview(poses));
+    writeImage(prefix + "trajectory.png", drawTrajectory(poses));
     if (!result.mesh.polygons.empty())
-      writeImage(
-          prefix + "mesh.png",
-          renderMeshPreview(result.mesh, camera, choosePreviewPose(result.mesh, camera, poses)));
+      writeImage(prefix + "mesh.png", drawMesh(toSurfaceMesh(result.mesh), poses));
   };
   parallelFor(2, options.num_threads, {}, [&](std::size_t k) {
     if (k == 1)

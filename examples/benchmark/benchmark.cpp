@@ -6,14 +6,12 @@
 #include "scan_arguments.h"
 
 #include "blurred_dataset.h"
-#include "curve_plot.h"
 #include "tables.h"
 #include "variants.h"
 
 #include <bundle_icp/io/atomic_file.h>
 
 #include <boost/algorithm/string.hpp>
-#include <opencv2/imgcodecs.hpp>
 
 #include <algorithm>
 #include <functional>
@@ -104,8 +102,8 @@ describeRun(Arguments& arguments)
   po::options_description run("Benchmark");
   run.add_options()(
       "output,o", po::value(&arguments.output)->value_name("OUT"),
-      "folder for benchmark.md, benchmark.json and the plots of curves, made "
-      "if needed; default: tables on the standard output only")(
+      "folder for benchmark.md and benchmark.json, made if needed; default: tables on "
+      "the standard output only")(
       "methods",
       po::value<std::string>()->value_name("NAMES")->default_value(
           "f2m_icp,visual_icp,rgbd_sfm,bundle_icp"),
@@ -225,16 +223,6 @@ writeResults(const Arguments& arguments, const std::vector<ScanResult>& scans)
   const std::string prefix = arguments.output + "/";
   writeBytes(prefix + "benchmark.md", toMarkdown(scans, arguments.variants));
   writeBytes(prefix + "benchmark.json", toJson(scans));
-  for (const ScanResult& scan : scans)
-    for (const Axis axis : {Axis::KEEP, Axis::BLUR}) {
-      const std::vector<ConditionResult> conditions = curve(scan, axis);
-      if (conditions.empty())
-        continue;
-      std::vector<unsigned char> bytes;
-      cv::imencode(".png", plotCurve(scan.name, conditions, axis), bytes);
-      writeBytes(prefix + scan.name + (axis == Axis::KEEP ? "_keep.png" : "_blur.png"),
-                 std::string(bytes.begin(), bytes.end()));
-    }
 }
 
 std::string

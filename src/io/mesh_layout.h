@@ -4,16 +4,20 @@
 
 #include <pcl/PolygonMesh.h>
 
+#include <Eigen/Core>
+
 #include <cstddef>
+#include <cstdint>
+#include <cstring>
 #include <ostream>
+#include <string>
 #include <vector>
 
 namespace bundle_icp {
 
 /** Where a vertex has what, in bytes; -1 = absent. */
 struct VertexLayout {
-  int position[3] = {-1, -1, -1}, normal[3] = {-1, -1, -1}, rgb = -1, weight = -1,
-      std_deviation = -1;
+  int position[3] = {-1, -1, -1}, normal[3] = {-1, -1, -1};
 
   bool
   hasNormals() const
@@ -28,21 +32,54 @@ numVertices(const pcl::PolygonMesh& mesh)
   return std::size_t(mesh.cloud.width) * mesh.cloud.height;
 }
 
+/** Position or normal of a vertex. */
+inline Eigen::Vector3f
+vectorAt(const pcl::PolygonMesh& mesh, std::size_t vertex, const int (&offsets)[3])
+{
+  Eigen::Vector3f vector;
+  for (int i = 0; i < 3; ++i)
+    std::memcpy(&vector[i], &mesh.cloud.data[vertex * mesh.cloud.point_step + offsets[i]],
+                sizeof(float));
+  return vector;
+}
+
+inline bool
+isLittleEndian()
+{
+  const std::uint16_t one = 1;
+  return *reinterpret_cast<const std::uint8_t*>(&one) == 1;
+}
+
 /** Writes the bytes collected so far and forgets them. */
-inline void
-flush(std::vector<char>& bytes, std::ostream& file)
+template <typename Bytes>
+void
+flush(Bytes& bytes, std::ostream& file)
 {
   file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   bytes.clear();
 }
 
 /** The same once they are worth it: files of large meshes are not held in memory. */
-inline void
-flushWhenLarge(std::vector<char>& bytes, std::ostream& file)
+template <typename Bytes>
+void
+flushWhenLarge(Bytes& bytes, std::ostream& file)
 {
   if (bytes.size() >= std::size_t(1) << 20)
     flush(bytes, file);
 }
+
+/** Binary PLY; the element of faces is left out when there are none. */
+void
+encodePLY(const pcl::PolygonMesh& mesh, std::ostream& file);
+
+/** What a PLY file holds, see readMesh().
+ *  \throws std::runtime_error with the reason when `bytes` are no such file. */
+pcl::PolygonMesh
+decodePLY(const std::string& bytes);
+
+/** OBJ: places, normals, faces. */
+void
+encodeOBJ(const pcl::PolygonMesh& mesh, const VertexLayout& layout, std::ostream& file);
 
 /** Binary STL: an 80 byte header, then 50 bytes a triangle; polygons are cut into triangles around
  *  their first corner. */

@@ -35,14 +35,7 @@ append(const Eigen::Vector3f& vector, std::vector<char>& bytes)
 void
 encodeSTL(const pcl::PolygonMesh& mesh, const VertexLayout& layout, std::ostream& file)
 {
-  const auto place = [&](std::size_t vertex) {
-    Eigen::Vector3f point;
-    for (int i = 0; i < 3; ++i)
-      std::memcpy(&point[i],
-                  &mesh.cloud.data[vertex * mesh.cloud.point_step + layout.position[i]],
-                  sizeof(float));
-    return point;
-  };
+  const auto place = [&](std::size_t vertex) { return vectorAt(mesh, vertex, layout.position); };
   std::uint32_t triangles = 0;
   for (const pcl::Vertices& polygon : mesh.polygons)
     triangles += static_cast<std::uint32_t>(std::max<std::size_t>(polygon.vertices.size(), 2) - 2);

@@ -100,13 +100,10 @@ renderGeometry(const Scene& scene, const CameraIntrinsics& camera,
   image.depth.create(camera.height, camera.width, CV_32FC1);
   image.face.create(camera.height, camera.width, CV_32SC1);
   for (int y = 0; y < camera.height; ++y)
-    for (int x = 0; x < camera.width; x += View::packet_size) {
-      Hit hits[View::packet_size];
-      view.castRow(x, y, hits);
-      for (int i = 0; i < std::min(View::packet_size, camera.width - x); ++i) {
-        image.depth.at<float>(y, x + i) = float(hits[i].depth);
-        image.face.at<int>(y, x + i) = hits[i].face;
-      }
+    for (int x = 0; x < camera.width; ++x) {
+      const Hit hit = view.cast(x, y);
+      image.depth.at<float>(y, x) = float(hit.depth);
+      image.face.at<int>(y, x) = hit.face;
     }
   return image;
 }

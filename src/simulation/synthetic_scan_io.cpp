@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include <bundle_icp/io/atomic_file.h>
+#include <bundle_icp/io/mesh_io.h>
 #include <bundle_icp/io/trajectory.h>
 #include <bundle_icp/simulation/synthetic_scan.h>
 
 #include <boost/filesystem.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <pcl/conversions.h>
 #include <pcl/exceptions.h>
-#include <pcl/io/ply_io.h>
 
 #include <atomic>
-#include <cstdio>
+#include <charconv>
 #include <exception>
 #include <fstream>
 #include <omp.h>
@@ -22,12 +23,18 @@ namespace fs = boost::filesystem;
 
 constexpr double depth_scale = 5000; // units a metre, as in TUM's recordings
 
+/** Independent of the locale. */
+std::string
+toText(double number, std::chars_format format, int precision)
+{
+  char text[64];
+  return {text, std::to_chars(text, text + sizeof(text), number, format, precision).ptr};
+}
+
 std::string
 stampOf(const SyntheticScan& scan, std::size_t index)
 {
-  char text[32];
-  std::snprintf(text, sizeof(text), "%.6f", scan.timestamp(index));
-  return text;
+  return toText(scan.timestamp(index), std::chars_format::fixed, 6);
 }
 
 void
@@ -105,11 +112,9 @@ void
 writeSurface(const SyntheticScan& scan, const fs::path& path, double spacing,
              int threads)
 {
-  const auto surface = scan.visibleSurface(spacing, threads);
-  writeAtomically(path.string(), [&surface](const std::string& temporary) {
-    if (pcl::PLYWriter().write(temporary, *surface, true, false) < 0)
-      throw pcl::IOException("cannot write '" + temporary + "'");
-  });
+  pcl::PolygonMesh surface;
+  pcl::toPCLPointCloud2(*scan.visibleSurface(spacing, threads), surface.cloud);
+  writeMesh(path.string(), surface);
 }
 
 void
@@ -122,9 +127,10 @@ writeLists(const SyntheticScan& scan, const fs::path& folder)
     writeText((folder / (kind + ".txt")).string(), text);
   }
   const CameraIntrinsics& camera = scan.camera();
-  char text[160];
-  std::snprintf(text, sizeof(text), "%.9g %.9g %.9g %.9g\ndepth_scale %g\n", camera.fx,
-                camera.fy, camera.cx, camera.cy, depth_scale);
+  std::string text;
+  for (const double number : {camera.fx, camera.fy, camera.cx, camera.cy})
+    text += (text.empty() ? "" : " ") + toText(number, std::chars_format::general, 9);
+  text += "\ndepth_scale " + toText(depth_scale, std::chars_format::general, 6) + "\n";
   writeText((folder / "intrinsics.txt").string(), text);
   writeTrajectory((folder / "groundtruth.txt").string(), scan.groundTruth());
 }

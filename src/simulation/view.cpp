@@ -2,8 +2,6 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "simulation/view.h"
 
-#include "simulation/ray_packet.h"
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -13,7 +11,7 @@ namespace bundle_icp {
 namespace simulation {
 namespace {
 
-constexpr int tile_size = 2 * View::packet_size;
+constexpr int tile_size = 8;
 
 /** Keeps the nearer of `nearest` and what the ray meets of `seen`. */
 void
@@ -71,7 +69,7 @@ View::see(const Primitive& primitive, const Pose& world_from_camera) const
       bounds.extend(camera_.project(point));
   }
   if (primitive.shape == Shape::ROOM) {
-    seen.nearest = 1e9; // behind everything in it
+    seen.nearest = 0; // looked at first: things may reach into walls
     seen.bounds = image;
   }
   else if (seen.nearest > 1e-3)
@@ -99,32 +97,19 @@ View::fillTiles()
   }
 }
 
-void
-View::castRow(int x, int y, Hit hits[packet_size]) const
+Hit
+View::cast(int x, int y) const
 {
-  RayPacket packet;
-  const Eigen::Vector3f ray = direction(x, y).cast<float>();
+  const Eigen::Vector3d ray = direction(x, y);
+  Hit nearest;
+  nearest.depth = std::numeric_limits<double>::infinity();
   const std::size_t tile = std::size_t(y / tile_size) * tile_columns_ + x / tile_size;
   for (const std::uint16_t index : tiles_[tile]) {
-    const SeenPrimitive& seen = seen_[index];
-    if (float(seen.nearest) >= cv::v_reduce_max(packet.depth))
+    if (seen_[index].nearest >= nearest.depth)
       break;
-    packet.meet(*seen.primitive, index, seen.origin_f, seen.local_from_camera_f * ray,
-                seen.local_from_camera_f.col(0) * float(inverse_focal_x_));
+    update(nearest, seen_[index], ray);
   }
-  int nearest[packet_size];
-  cv::v_store(nearest, packet.nearest);
-  for (int i = 0; i < packet_size; ++i) {
-    const Eigen::Vector3d exact_ray = direction(x + i, y);
-    hits[i] = Hit();
-    hits[i].depth = std::numeric_limits<double>::infinity();
-    if (nearest[i] >= 0)
-      update(hits[i], seen_[nearest[i]], exact_ray);
-    // On an outline, single precision may have taken a miss for a hit.
-    if (hits[i].face < 0)
-      for (const std::uint16_t index : tiles_[tile])
-        update(hits[i], seen_[index], exact_ray);
-  }
+  return nearest;
 }
 
 Hit

@@ -38,12 +38,9 @@ public:
   View(const Scene& scene, const CameraIntrinsics& camera,
        const Pose& world_from_camera);
 
-  static constexpr int packet_size = 4;
-
-  /** First surfaces along the rays through the centres of four pixels of row `y`, from
-   * column `x` on, a multiple of four; the faces are the scene's. */
-  void
-  castRow(int x, int y, Hit hits[packet_size]) const;
+  /** First surface along the ray through the centre of a pixel. */
+  Hit
+  cast(int x, int y) const;
 
   /** First surface along any ray, among the primitives to which `faces` belong. */
   Hit

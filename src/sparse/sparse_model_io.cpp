@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
-#include <bundle_icp/io/atomic_file.h>
+#include <bundle_icp/io/mesh_io.h>
 #include <bundle_icp/sparse/sparse_model_io.h>
 
-#include <pcl/exceptions.h>
-#include <pcl/io/ply_io.h>
+#include <pcl/conversions.h>
 
 namespace bundle_icp {
 
@@ -39,12 +38,9 @@ writeSparseModel(const std::string& path,
                  const SparseModel& model,
                  int component)
 {
-  const auto cloud = toPointCloud(graph, model, component);
-  writeAtomically(path, [&](const std::string& temporary) {
-    // Without the "camera" element, which other readers do not know
-    if (pcl::PLYWriter().write(temporary, *cloud, true, false) != 0)
-      throw pcl::IOException("cannot write " + path);
-  });
+  pcl::PolygonMesh cloud;
+  pcl::toPCLPointCloud2(*toPointCloud(graph, model, component), cloud.cloud);
+  writeMesh(path, cloud);
 }
 
 } // namespace bundle_icp

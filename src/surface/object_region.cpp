@@ -10,7 +10,6 @@
 #include <pcl/segmentation/extract_clusters.h>
 #include <pcl/segmentation/extract_polygonal_prism_data.h>
 #include <pcl/segmentation/sac_segmentation.h>
-#include <pcl/surface/convex_hull.h>
 
 #include <algorithm>
 #include <cmath>
@@ -152,6 +151,38 @@ clusters(const Cloud::ConstPtr& cloud, const pcl::IndicesConstPtr& indices, doub
   return found;
 }
 
+/** A frame with its x and y axes in a plane. */
+Pose
+planeFrame(const Eigen::Vector4d& plane)
+{
+  const Eigen::Vector3d normal = plane.head<3>();
+  Pose world_from_plane = Pose::Identity();
+  world_from_plane.linear().col(2) = normal;
+  world_from_plane.linear().col(0) = normal.unitOrthogonal();
+  world_from_plane.linear().col(1) = normal.cross(world_from_plane.linear().col(0));
+  world_from_plane.translation() = -plane[3] * normal;
+  return world_from_plane;
+}
+
+/** Their convex hull in a plane. */
+Cloud::Ptr
+outlineOf(const Cloud& cells, const pcl::Indices& indices, const Eigen::Vector4d& plane)
+{
+  const Pose world_from_plane = planeFrame(plane), plane_from_world = world_from_plane.inverse();
+  std::vector<cv::Point2f> footprint, hull;
+  for (const auto i : indices) {
+    const Eigen::Vector3d point = plane_from_world * cells[i].getVector3fMap().cast<double>();
+    footprint.emplace_back(float(point.x()), float(point.y()));
+  }
+  cv::convexHull(footprint, hull);
+  const Cloud::Ptr outline(new Cloud);
+  for (const cv::Point2f& corner : hull) {
+    const Eigen::Vector3d point = world_from_plane * Eigen::Vector3d(corner.x, corner.y, 0);
+    outline->push_back({float(point.x()), float(point.y()), float(point.z())});
+  }
+  return outline;
+}
+
 /** Cells above the plane and within the outline of its largest connected part. */
 pcl::IndicesPtr
 cellsOnPlane(const CellGrid& grid, const Eigen::Vector4d& plane, const ObjectRegionOptions& options)
@@ -170,12 +201,7 @@ cellsOnPlane(const CellGrid& grid, const Eigen::Vector4d& plane, const ObjectReg
   const auto parts = clusters(cells, in_plane, 2.5 * options.cluster_tolerance, 3);
   if (parts.empty())
     return above;
-  pcl::ConvexHull<pcl::PointXYZ> hull;
-  hull.setDimension(2);
-  hull.setInputCloud(cells);
-  hull.setIndices(pcl::IndicesPtr(new pcl::Indices(parts.front().indices)));
-  const Cloud::Ptr outline(new Cloud);
-  hull.reconstruct(*outline);
+  const Cloud::Ptr outline = outlineOf(*cells, parts.front().indices, plane);
   if (outline->size() < 3)
     return above;
   pcl::ExtractPolygonalPrismData<pcl::PointXYZ> prism;
@@ -226,14 +252,7 @@ OrientedBox
 boxOnPlane(const Cloud& cells, const pcl::Indices& indices, const Eigen::Vector4d& plane,
            double margin)
 {
-  const Eigen::Vector3d normal = plane.head<3>();
-  Pose world_from_plane = Pose::Identity();
-  world_from_plane.linear().col(2) = normal;
-  world_from_plane.linear().col(0) = normal.unitOrthogonal();
-  world_from_plane.linear().col(1) = normal.cross(world_from_plane.linear().col(0));
-  world_from_plane.translation() = -plane[3] * normal;
-  const Pose plane_from_world = world_from_plane.inverse();
-
+  const Pose world_from_plane = planeFrame(plane), plane_from_world = world_from_plane.inverse();
   std::vector<cv::Point2f> footprint;
   double height = 0;
   for (const auto i : indices) {

@@ -150,7 +150,7 @@ TEST_F(EvaluateProgram, ComparesMeshesAfterAlignment)
 
   EXPECT_CONTAINS(
       error({truth, estimate, "--mesh", folder.path("x.ply"), "--surface", points}),
-      "x.ply: no such file");
+      "x.ply: cannot be opened");
   writeText(mesh_file, "not a mesh");
   EXPECT_CONTAINS(error({truth, estimate, "--mesh", mesh_file, "--surface", points}),
                   "mesh.ply: cannot be read as PLY");

@@ -4,8 +4,6 @@
 #include "messages.h"
 #include "results.h"
 
-#include <opencv2/imgcodecs.hpp>
-
 namespace {
 
 class BenchmarkProgram : public ::testing::Test {
@@ -70,19 +68,12 @@ TEST_F(BenchmarkProgram, ComparesMethodsAndAblations)
   }
 }
 
-TEST_F(BenchmarkProgram, DrawsCurves)
+TEST_F(BenchmarkProgram, TabulatesCurves)
 {
   const ProgramResult result =
       benchmark({scan, "-o", out, "--methods", "f2m_icp,rgbd_sfm", "--keep", "2,1",
                  "--blur-fraction", "0,0.5", "--threads", "2"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_EQ(namesIn(out), (std::set<std::string>{"benchmark.json", "benchmark.md",
-                                                 "scan_keep.png", "scan_blur.png"}));
-  for (const char* const file : {"/scan_keep.png", "/scan_blur.png"}) {
-    const cv::Mat plot = cv::imread(out + file);
-    ASSERT_FALSE(plot.empty());
-    EXPECT_EQ(plot.cols, 1280);
-  }
   const auto json = nlohmann::json::parse(readText(out + "/benchmark.json"));
   const auto& conditions = json["scans"][0]["conditions"];
   ASSERT_EQ(conditions.size(), 3u); // every frame without blur belongs to both curves

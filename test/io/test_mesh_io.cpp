@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include <bundle_icp/io/mesh_io.h>
+#include <bundle_icp/surface/surface_mesh.h>
 
 #include "messages.h"
 #include "temporary_folder.h"
@@ -13,6 +14,7 @@
 #include <pcl/point_types.h>
 
 #include <csignal>
+#include <locale>
 #include <sys/resource.h>
 
 using namespace bundle_icp;
@@ -47,6 +49,24 @@ fourPoints()
   return cloud;
 }
 
+void
+expectSame(const pcl::PolygonMesh& read, const pcl::PointCloud<pcl::PointXYZRGBNormal>& cloud,
+           const std::vector<pcl::Vertices>& polygons)
+{
+  const SurfaceMesh mesh = toSurfaceMesh(read);
+  ASSERT_EQ(mesh.vertices.size(), cloud.size());
+  ASSERT_EQ(mesh.normals.size(), cloud.size());
+  ASSERT_EQ(mesh.colors.size(), cloud.size());
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    EXPECT_EQ(mesh.vertices[i], cloud[i].getVector3fMap());
+    EXPECT_EQ(mesh.normals[i], cloud[i].getNormalVector3fMap());
+    EXPECT_EQ(mesh.colors[i], (std::array<std::uint8_t, 3>{cloud[i].r, cloud[i].g, cloud[i].b}));
+  }
+  ASSERT_EQ(read.polygons.size(), polygons.size());
+  for (std::size_t i = 0; i < polygons.size(); ++i)
+    EXPECT_EQ(read.polygons[i].vertices, polygons[i].vertices);
+}
+
 } // namespace
 
 TEST(MeshIO, PclReadsBackWhatWasWritten)
@@ -66,6 +86,118 @@ TEST(MeshIO, PclReadsBackWhatWasWritten)
     EXPECT_EQ(read[i].getNormalVector3fMap(), cloud[i].getNormalVector3fMap());
     EXPECT_EQ(read[i].getRGBVector3i(), cloud[i].getRGBVector3i());
   }
+}
+
+TEST(MeshIO, ReadsBackWhatItWrote)
+{
+  const TemporaryFolder folder;
+  const pcl::PolygonMesh mesh = meshOf(fourPoints());
+  writeMesh(folder.path("mesh.ply"), mesh);
+  expectSame(readMesh(folder.path("mesh.ply")), fourPoints(), mesh.polygons);
+}
+
+TEST(MeshIO, ReadsWhatPclWrites)
+{
+  const TemporaryFolder folder;
+  const pcl::PolygonMesh mesh = meshOf(fourPoints());
+  pcl::io::savePLYFile(folder.path("text.ply"), mesh, 9);
+  pcl::io::savePLYFileBinary(folder.path("binary.ply"), mesh);
+  for (const char* name : {"text.ply", "binary.ply"})
+    expectSame(readMesh(folder.path(name)), fourPoints(), mesh.polygons);
+  // With the element "camera", and without
+  pcl::io::savePLYFileASCII(folder.path("text.ply"), fourPoints());
+  pcl::io::savePLYFileBinary(folder.path("binary.ply"), fourPoints());
+  pcl::PLYWriter().write(folder.path("plain.ply"), fourPoints(), true, false);
+  for (const char* name : {"text.ply", "binary.ply", "plain.ply"})
+    expectSame(readMesh(folder.path(name)), fourPoints(), {});
+}
+
+TEST(MeshIO, ReadsOtherTypesAndByteOrders)
+{
+  const TemporaryFolder folder;
+  writeText(folder.path("mesh.ply"),
+            "ply\r\nformat ascii 1.0\r\ncomment by hand\r\nelement vertex 3\r\n"
+            "property double x\r\nproperty double y\r\nproperty double z\r\nproperty uchar quality\r\n"
+            "element face 1\r\n"
+            "property list uint8 uint vertex_index\r\nend_header\r\n0 0 1e-1 7\r\n1 0 .5 8\r\n"
+            "0 1 -2 9\r\n3 0 1 2\r\n");
+  const pcl::PolygonMesh text = readMesh(folder.path("mesh.ply"));
+  pcl::PointCloud<pcl::PointXYZ> places;
+  pcl::fromPCLPointCloud2(text.cloud, places);
+  ASSERT_EQ(places.size(), 3u);
+  EXPECT_EQ(places[0].z, 0.1f);
+  EXPECT_EQ(places[2].getVector3fMap(), Eigen::Vector3f(0, 1, -2));
+  EXPECT_EQ(pcl::getFieldIndex(text.cloud, "quality"), 3);
+  ASSERT_EQ(text.polygons.size(), 1u);
+  EXPECT_EQ(text.polygons[0].vertices, (pcl::Indices{0, 1, 2}));
+
+  writeText(folder.path("big.ply"),
+            std::string("ply\nformat binary_big_endian 1.0\nelement vertex 1\nproperty float x\n"
+                        "property short y\nproperty char z\nend_header\n") +
+                std::string("\x3f\x80\0\0\1\2\xff", 7));
+  pcl::fromPCLPointCloud2(readMesh(folder.path("big.ply")).cloud, places);
+  ASSERT_EQ(places.size(), 1u);
+  EXPECT_EQ(places[0].getVector3fMap(), Eigen::Vector3f(1, 258, -1));
+}
+
+TEST(MeshIO, DamagedFilesAreRefusedWithTheReason)
+{
+  const TemporaryFolder folder;
+  const std::string path = folder.path("mesh.ply");
+  const auto refusal = [&path](const std::string& text) {
+    writeText(path, text);
+    return messageOf<pcl::IOException>([&path] { readMesh(path); });
+  };
+  const std::string start = "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\n";
+  const std::string face = "element face 1\nproperty list uchar int vertex_indices\n";
+  EXPECT_CONTAINS(refusal("solid\n"), path + ": cannot be read as PLY: it does not begin");
+  EXPECT_CONTAINS(refusal(start), "ends within its header");
+  EXPECT_CONTAINS(refusal("ply\nformat ascii 1.0\nelement vertex\nend_header\n"),
+                  "header is damaged");
+  EXPECT_CONTAINS(refusal("ply\nformat ascii 1.0\nelement vertex 9999999999\nend_header\n"),
+                  "header is damaged");
+  EXPECT_CONTAINS(refusal(start + "property half y\nend_header\n"), "unknown type 'half'");
+  EXPECT_CONTAINS(refusal(start + "end_header\n1\n"), "truncated");
+  EXPECT_CONTAINS(refusal(start + "end_header\n1\nx\n"), "a number is missing");
+  EXPECT_CONTAINS(refusal(start + face + "end_header\n1\n2\n1 2\n"), "names vertex 2 of 2");
+  EXPECT_CONTAINS(refusal(start + face + "end_header\n1\n2\n1 -1\n"), "names vertex");
+  EXPECT_CONTAINS(refusal(start + face + "end_header\n1\n2\n1000000000 1\n"), "truncated");
+  writeMesh(path, meshOf(fourPoints()));
+  const std::string whole = readText(path);
+  EXPECT_CONTAINS(refusal(whole.substr(0, whole.size() - 1)), "truncated");
+  EXPECT_CONTAINS(messageOf<pcl::IOException>([&] { readMesh(folder.path("none.ply")); }),
+                  "none.ply: cannot be opened");
+}
+
+TEST(MeshIO, DoesNotDependOnTheLocale)
+{
+  struct Comma : std::numpunct<char> {
+    char
+    do_decimal_point() const override
+    {
+      return ',';
+    }
+    std::string
+    do_grouping() const override
+    {
+      return "\1";
+    }
+  };
+  const TemporaryFolder folder;
+  pcl::PolygonMesh mesh = meshOf(fourPoints());
+  mesh.polygons.resize(1234, mesh.polygons[0]);
+  const auto write = [&](const std::string& name) {
+    for (const std::string& format : meshFormats())
+      writeMesh(folder.path(name + "." + format), mesh);
+    return readMesh(folder.path(name + ".ply")).polygons.size();
+  };
+  write("classic");
+  const std::locale old = std::locale::global(std::locale(std::locale::classic(), new Comma));
+  const std::size_t polygons = write("comma");
+  std::locale::global(old);
+  EXPECT_EQ(polygons, 1234u);
+  for (const std::string& format : meshFormats())
+    EXPECT_EQ(readText(folder.path("comma." + format)), readText(folder.path("classic." + format)));
 }
 
 TEST(MeshIO, HeaderDeclaresExactlyWhatIsThere)

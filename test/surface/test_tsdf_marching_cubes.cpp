@@ -82,7 +82,9 @@ TEST(TSDFMarchingCubes, HonoursIsoLevelAndOptions)
   cubes.reconstruct(points, polygons);
   ASSERT_FALSE(points.empty());
   EXPECT_GT(points[0].getVector3fMap().norm(), 0.31f);
-  cubes.setMinWeight(1000);
+  MeshOptions options;
+  options.min_weight = 1000;
+  cubes.setMeshOptions(options);
   cubes.reconstruct(points, polygons);
   EXPECT_TRUE(points.empty());
   EXPECT_TRUE(polygons.empty());
@@ -94,6 +96,8 @@ TEST(TSDFMarchingCubes, RefusesToWorkWithoutVolume)
   pcl::PolygonMesh mesh;
   EXPECT_THROW(cubes.reconstruct(mesh), pcl::BadArgumentException);
   cubes.setVolume(fuseSphere());
-  cubes.setMinWeight(-1);
+  MeshOptions options;
+  options.min_weight = -1;
+  cubes.setMeshOptions(options);
   EXPECT_THROW(cubes.reconstruct(mesh), pcl::BadArgumentException);
 }

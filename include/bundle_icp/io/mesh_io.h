@@ -15,10 +15,11 @@ namespace bundle_icp {
 BUNDLE_ICP_EXPORT std::vector<std::string>
 meshFormats();
 
-/** Writes a mesh in the format that the extension of `path` says:
- *  - .ply, binary: float x, y, z, and as far as the mesh's cloud has the fields, float nx, ny, nz,
- *    uchar red, green, blue, float weight, float std_deviation [m]; faces as lists of int
- *  - .obj, text, by pcl::io::saveOBJFile(): places and normals, faces
+/** Writes a mesh, or a cloud as a mesh without faces, in the format that the extension of `path`
+ *  says:
+ *  - .ply, binary: the fields of the mesh's cloud under their names but for curvature, normals as
+ *    nx, ny, nz, colours as uchar red, green, blue; faces as lists of int
+ *  - .obj, text: places and normals, faces
  *  - .stl, binary: triangles with their normals, polygons cut into triangles
  *
  *  The file appears whole or not at all.
@@ -28,5 +29,11 @@ meshFormats();
  *  \throws pcl::IOException naming `path` and the reason. */
 BUNDLE_ICP_EXPORT void
 writeMesh(const std::string& path, const pcl::PolygonMesh& mesh);
+
+/** Reads a PLY file, binary or text, of this library, PCL or others: every number of a vertex as a
+ *  field of 32 bit floats, nx, ny, nz as normal_x, normal_y, normal_z, red, green, blue as rgb.
+ *  \throws pcl::IOException naming `path` and what is wrong with it. */
+BUNDLE_ICP_EXPORT pcl::PolygonMesh
+readMesh(const std::string& path);
 
 } // namespace bundle_icp

@@ -14,8 +14,7 @@ namespace bundle_icp {
 BUNDLE_ICP_EXPORT pcl::PointCloud<pcl::PointXYZRGB>::Ptr
 toPointCloud(const ImageGraph& graph, const SparseModel& model, int component, bool cameras = true);
 
-/** Writes that cloud as binary PLY; the file appears whole or not at all.
- *  \throws pcl::IOException naming file and reason. */
+/** Writes that cloud as writeMesh() does. */
 BUNDLE_ICP_EXPORT void
 writeSparseModel(const std::string& path,
                  const ImageGraph& graph,

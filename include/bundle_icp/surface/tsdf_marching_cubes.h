@@ -61,20 +61,6 @@ public:
     return report_;
   }
 
-  /** See MeshOptions::min_weight. */
-  void
-  setMinWeight(double min_weight)
-  {
-    options_.min_weight = min_weight;
-  }
-
-  /** 0 = all. */
-  void
-  setNumberOfThreads(int num_threads)
-  {
-    options_.num_threads = num_threads;
-  }
-
 protected:
   void
   voxelizeData() override
