@@ -2,8 +2,8 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "merge_views.h"
 
+#include "common/depth_sigma.h"
 #include "common/parallel.h"
-#include "common/simd.h"
 
 #include <algorithm>
 #include <cmath>
@@ -118,15 +118,11 @@ sampleRow(const Contribution& from, const CameraIntrinsics& camera, int row,
   }
 }
 
-/** Sums the samples within merge_sigmas of the nearest one, in columns begin to end. */
+/** Sums the samples within `reach` of the nearest one, in columns begin to end. */
 BUNDLE_ICP_SIMD void
-sumNearest(const std::vector<RowSamples>& samples, const VirtualDepthOptions& options,
-           int begin, int end, RowSums& sums)
+sumNearest(const std::vector<RowSamples>& samples, DepthSigma reach, int begin, int end,
+           RowSums& sums)
 {
-  const float reach = static_cast<float>(options.merge_sigmas * std::sqrt(2.0));
-  const float constant = static_cast<float>(options.noise.constant) * reach;
-  const float quadratic = static_cast<float>(options.noise.quadratic) * reach;
-  const float offset = static_cast<float>(options.noise.offset);
   float *front = sums.front.data(), *weight = sums.weight.data(),
         *depth = sums.depth.data();
   float *nx = sums.nx.data(), *ny = sums.ny.data(), *nz = sums.nz.data();
@@ -147,8 +143,8 @@ sumNearest(const std::vector<RowSamples>& samples, const VirtualDepthOptions& op
     const float *sx = s.nx.data(), *sy = s.ny.data(), *sz = s.nz.data();
 #pragma omp simd
     for (int u = begin; u < end; ++u) {
-      const float d = front[u] - offset, step = z[u] - front[u];
-      const bool same = step <= constant + quadratic * d * d;
+      const float step = z[u] - front[u];
+      const bool same = step <= reach(front[u]);
       const float all = w[u];
       const float used = same ? all : 0.0f;
       weight[u] += used;
@@ -164,14 +160,12 @@ sumNearest(const std::vector<RowSamples>& samples, const VirtualDepthOptions& op
 /** Removes the nearest surface from one column: hardly any weight says that it exists.
  */
 void
-removeFront(std::vector<RowSamples>& samples, const VirtualDepthOptions& options,
-            int column, float front)
+removeFront(std::vector<RowSamples>& samples, const DepthSigma& reach, int column,
+            float front)
 {
   const std::size_t u = static_cast<std::size_t>(column);
-  const double reach =
-      options.merge_sigmas * std::sqrt(2.0) * options.noise.sigma(front);
   for (RowSamples& s : samples)
-    if (s.depth[u] - front <= static_cast<float>(reach)) {
+    if (s.depth[u] - front <= reach(front)) {
       s.depth[u] = FAR_AWAY;
       s.weight[u] = 0;
     }
@@ -203,6 +197,7 @@ mergeViews(const std::vector<Contribution>& contributions,
            const VirtualDepthOptions& options, VirtualDepth& out)
 {
   const int width = out.camera.width;
+  const DepthSigma reach(out.camera.depth_noise, options.merge_sigmas * std::sqrt(2.0));
 #pragma omp parallel num_threads(resolveThreads(options.num_threads))
   {
     std::vector<RowSamples> samples(contributions.size(),
@@ -214,12 +209,12 @@ mergeViews(const std::vector<Contribution>& contributions,
         fetchRow(contributions[i], row, width, samples[i]);
         sampleRow(contributions[i], out.camera, row, samples[i]);
       }
-      sumNearest(samples, options, 0, width, sums);
+      sumNearest(samples, reach, 0, width, sums);
       for (int u = 0; u < width; ++u) {
         const std::size_t c = static_cast<std::size_t>(u);
         while (sums.weight[c] < MIN_WEIGHT_SHARE * sums.behind[c]) {
-          removeFront(samples, options, u, sums.front[c]);
-          sumNearest(samples, options, u, u + 1, sums);
+          removeFront(samples, reach, u, sums.front[c]);
+          sumNearest(samples, reach, u, u + 1, sums);
         }
       }
       writeRow(sums, row, out);

@@ -194,7 +194,6 @@ FrameRegistrar::alignToVirtualDepth(const SparseModel& model,
 
   DenseBundleICP icp;
   icp.setNumberOfThreads(num_threads);
-  icp.setDepthNoise(rendering.noise);
   icp.setCameraIntrinsics(source->camera);
   icp.setInputSource(toPointCloud(*source));
   icp.setInputTarget(render(guess));
@@ -273,7 +272,7 @@ FrameRegistrar::canDepthImprove(std::size_t image, const FrameRegistration& visu
   const double z = meanDepth(graph_.features(image));
   if (!(z > 0))
     return true;
-  const SharedError shared(z, options_.virtual_depth.noise, shared_depth_sigmas_);
+  const SharedError shared(z, graph_.camera().depth_noise, shared_depth_sigmas_);
   const double rotation = visual.report.rotation_deviation / shared.tilt;
   const double position = visual.report.position_deviation / shared.shift;
   return rotation * rotation + position * position > LEAST_DENSE_GAIN;
@@ -327,7 +326,7 @@ FrameRegistrar::registerFrame(const SparseModel& model,
     dense = {alignment.world_from_source * model.depthFromColor(image),
              withSharedError(alignment.result.information,
                              *depth_views_(image, model),
-                             options_.virtual_depth.noise,
+                             graph_.camera().depth_noise,
                              shared_depth_sigmas_,
                              1)};
   }
@@ -351,7 +350,7 @@ FrameRegistrar::registerFrameByGeometry(const SparseModel& model,
   registration.world_from_camera = alignment.world_from_source * model.depthFromColor(image);
   registration.covariance = covarianceOf(withSharedError(result.information,
                                                          *depth_views_(image, model),
-                                                         options_.virtual_depth.noise,
+                                                         graph_.camera().depth_noise,
                                                          shared_depth_sigmas_,
                                                          1),
                                          registration.world_from_camera.translation());
@@ -402,7 +401,6 @@ FrameRegistrar::registerPair(const SparseModel& model, std::size_t first, std::s
   DenseBundleICP icp;
   icp.setNumberOfThreads(1);
   icp.setMaxMisalignment(0); // the poses are adjusted
-  icp.setDepthNoise(options_.virtual_depth.noise);
   icp.setCameraIntrinsics(source->camera);
   icp.setInputSource(toPointCloud(*source));
   icp.setInputTarget(toPointCloud(*target));
@@ -419,7 +417,7 @@ FrameRegistrar::registerPair(const SparseModel& model, std::size_t first, std::s
                            model.depthFromColor(second);
   term.information = withSharedError(result.information,
                                      *source,
-                                     options_.virtual_depth.noise,
+                                     graph_.camera().depth_noise,
                                      shared_depth_sigmas_,
                                      2);
   return term;

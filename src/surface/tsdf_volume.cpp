@@ -85,7 +85,6 @@ makeView(const DepthSamples& samples, const Eigen::Matrix3d& image_from_world,
     view.gain[channel] = correction.gain[channel];
   view.width = samples.camera.width;
   view.height = samples.camera.height;
-  view.fx = static_cast<float>(samples.camera.fx);
   for (int axis = 0; axis < 3; ++axis)
     for (int i = 0; i < 3; ++i)
       view.step[axis][i] = static_cast<float>(image_from_world(i, axis) * options.voxel_size);
@@ -93,9 +92,8 @@ makeView(const DepthSamples& samples, const Eigen::Matrix3d& image_from_world,
   view.truncation = static_cast<float>(options.truncation);
   view.inverse_truncation = 1 / view.truncation;
   view.min_depth = static_cast<float>(options.min_depth);
-  view.constant = static_cast<float>(options.noise.constant);
-  view.quadratic = static_cast<float>(options.noise.quadratic);
-  view.offset = static_cast<float>(options.noise.offset);
+  view.sigma = DepthSigma(samples.camera.depth_noise);
+  view.edges = DepthEdges(samples.camera);
   return view;
 }
 
@@ -185,8 +183,6 @@ TSDFOptions::isValid(std::string* error) const
   std::string reason;
   if (region && !region->isValid(&reason))
     return fail(reason);
-  if (!noise.isValid(error))
-    return false;
   if (smoothing_radius < 0 || smoothing_radius > 10)
     return fail(concatenate("smoothing_radius ", smoothing_radius, " px; expected 0 to 10"));
   if (num_threads < 0)
@@ -221,8 +217,10 @@ TSDFVolume::integrate(const RGBDFrame& frame, const CameraIntrinsics& camera,
 
   RGBDFrame smooth = frame;
   if (options.smoothing_radius > 0)
-    smooth.depth = smoothDepth(frame.depth, options.noise, options.smoothing_radius, num_threads);
-  const DepthSamples samples(smooth, camera, options, num_threads);
+    smooth.depth = smoothDepth(frame.depth, camera.depth_noise, options.smoothing_radius, num_threads);
+  if (impl_->unit_sigma == 0)
+    impl_->unit_sigma = camera.depth_noise.sigma(1);
+  const DepthSamples samples(smooth, camera, options, impl_->unit_sigma, num_threads);
   for (const std::uint64_t key :
        findBandBlocks(samples, world_from_camera, options, num_threads))
     blocks.insert(key);

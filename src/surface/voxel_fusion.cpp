@@ -87,20 +87,12 @@ projectRow(const FusionView& view, const Positions& at, Row& row)
   }
 }
 
-template <typename Depth>
-BUNDLE_ICP_INLINE Depth
-noiseAt(const FusionView& view, Depth z)
-{
-  const Depth dz = z - view.offset;
-  return view.constant + view.quadratic * dz * dz;
-}
-
 // Share of its weight that a measurement has in a voxel; `ahead` is in truncations. See
 // reachBehind().
 BUNDLE_ICP_INLINE Floats
 shareBehind(const FusionView& view, Floats z, Floats ahead)
 {
-  const Floats margin = ahead * view.truncation + view.voxel_size + noiseAt(view, z);
+  const Floats margin = ahead * view.truncation + view.voxel_size + view.sigma(z);
   return smaller(Floats{} + 1, 1 + margin * (1 / (fall_off_voxels * view.voxel_size)));
 }
 
@@ -108,7 +100,7 @@ shareBehind(const FusionView& view, Floats z, Floats ahead)
 BUNDLE_ICP_INLINE float
 largestReach(const FusionView& view, float farthest)
 {
-  const float noise = std::max(noiseAt(view, view.min_depth), noiseAt(view, farthest));
+  const float noise = std::max(view.sigma(view.min_depth), view.sigma(farthest));
   const float behind = (1 + fall_off_voxels) * view.voxel_size + noise;
   return std::min(1.0f, behind * view.inverse_truncation);
 }
@@ -135,8 +127,7 @@ interpolateDepth(const FusionView& view, Row& row)
   gatherPairs(view.depth + view.width, row.pixel, d10, d11);
   const Floats low = smaller(smaller(d00, d01), smaller(d10, d11));
   const Floats high = larger(larger(d00, d01), larger(d10, d11));
-  const Floats limit = 4.2f * noiseAt(view, high) + high * (4 / view.fx);
-  const Ints one_surface = (low > 0) & (high - low < limit);
+  const Ints one_surface = (low > 0) & (high - low < view.edges.tolerance(high));
   const Floats fu = row.u - __builtin_convertvector(u0, Floats);
   const Floats fv = row.v - __builtin_convertvector(v0, Floats);
   const Floats zero{}, one = zero + 1;

@@ -4,6 +4,7 @@
 #include <bundle_icp/surface/tsdf_raycast.h>
 #include <bundle_icp/tracking/frame_to_model.h>
 
+#include <opencv2/core.hpp>
 #include <pcl/exceptions.h>
 
 #include <cmath>
@@ -198,7 +199,6 @@ FrameToModelTracker::Impl::align(const Cloud::Ptr& source, const Pose& guess) co
   };
   BundleICP<pcl::PointXYZRGBNormal, pcl::PointXYZRGBNormal> icp;
   icp.setNumberOfThreads(options_.num_threads);
-  icp.setDepthNoise(options_.depth.noise);
   icp.setCameraIntrinsics(camera);
   icp.setInputSource(source);
   icp.setInputTarget(render(guess));

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <bundle_icp/common/camera_intrinsics.h>
-#include <bundle_icp/common/depth_noise.h>
 #include <bundle_icp/registration/visual_pose.h>
 
 #include <functional>
@@ -65,7 +64,6 @@ struct AlignmentProblem {
   std::optional<CameraIntrinsics> camera;
   Pose world_from_virtual = Pose::Identity();
   VisualCorrespondences visual;
-  DepthNoise noise;
 
   /** How far the surfaces may lie apart under the guess [m]: the coarse levels of projective
    * association allow for 0.03, 0.1 and 0.3 m, as far as that is within it. */
