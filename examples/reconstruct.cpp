@@ -302,6 +302,9 @@ printSummary(const Arguments& arguments, const RGBDDataset& dataset, const Recon
     std::cerr << dataset.skipped().size() << " files of the recording are missing or have no "
               << "partner, for example " << dataset.skipped().front().file << ": "
               << dataset.skipped().front().reason << "\n";
+  const DepthNoise& noise = dataset.camera().depth_noise;
+  std::cerr << "sensor: " << sensorName(noise) << ", depth deviates by " << noise.constant << " m + "
+            << noise.quadratic << " /m (z - " << noise.offset << " m)^2\n";
   printReasons(result, 3);
   printCorrections(result);
   printObject(result);

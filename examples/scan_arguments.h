@@ -7,6 +7,7 @@
 
 #include "program.h"
 
+#include <bundle_icp/io/calibration_io.h>
 #include <bundle_icp/io/rgbd_dataset.h>
 
 #include <boost/filesystem.hpp>
@@ -36,6 +37,11 @@ describeRecording(DatasetOptions& dataset)
                           "take every N-th frame")(
       "max-frames", po::value(&dataset.max_frames)->value_name("N")->default_value(0),
       "take at most N frames, 0 = all")(
+      "sensor",
+      po::value<std::string>()->value_name("NAME|FILE")->default_value("kinect"),
+      "what took the depth, for its noise: kinect (structured light), d400 (active stereo), tof, lidar "
+      "or a JSON file {\"constant\": C, \"quadratic\": Q, \"offset\": O}: standard deviation "
+      "C + Q (z - O)^2 of a depth z [m]")(
       "shuffle", po::value<std::uint64_t>()->value_name("SEED"),
       "take the frames in random order: the result is the same, but for methods that track");
   return options;
@@ -68,6 +74,7 @@ applyRecording(const boost::program_options::variables_map& values,
   }
   if (values.count("depth-scale"))
     dataset.depth_scale = values["depth-scale"].as<double>();
+  dataset.depth_noise = readDepthNoise(values["sensor"].as<std::string>());
   if (values.count("shuffle"))
     dataset.shuffle_seed = values["shuffle"].as<std::uint64_t>();
   std::string error;

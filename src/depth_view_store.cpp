@@ -65,7 +65,7 @@ DepthViewStore::get(std::size_t index, const Calibration& calibration, const Dep
     reduced[parameter] /= reduction_;
   const CameraIntrinsics camera = camera_.reduced(reduction_);
   const auto view = std::make_shared<const DepthView>(
-      makeDepthView(correctedDepth(depths_[index], camera, reduced, error, options_.noise),
+      makeDepthView(correctedDepth(depths_[index], camera, reduced, error),
                     reduced.corrected(camera),
                     1,
                     options_));

@@ -295,8 +295,7 @@ Reconstruction::corrected(std::size_t index, const RGBDFrame& image) const
   return correctedFrame(image,
                         scan_.dataset().camera(),
                         result_.model.calibration(),
-                        result_.frames[index].depth_error,
-                        options_.mapper.virtual_depth.noise);
+                        result_.frames[index].depth_error);
 }
 
 /** A pass over some frames' points, before the surface. */
@@ -319,7 +318,7 @@ Reconstruction::findObject()
       [&](std::size_t index, const RGBDFrame& image, const std::string& error) {
         if (error.empty()) { // one that cannot be read is named when it is to be fused
           constexpr int step = 6;
-          clouds.push_back(samplePoints(image, camera, step, options_.volume.noise));
+          clouds.push_back(samplePoints(image, camera, step));
           poses.push_back(result_.frames[index].world_from_depth);
         }
         return !progress_ || progress_({"object", ++done, some.size()});

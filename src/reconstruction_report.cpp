@@ -63,10 +63,21 @@ toJson(const OrientedBox& box)
           box.size.z(), q.x(), q.y(), q.z(), q.w()};
 }
 
+/** As --sensor takes it. */
 Json
-toJson(const ReconstructionOptions& options)
+toJson(const DepthNoise& noise)
+{
+  return {{"name", sensorName(noise)},
+          {"constant", noise.constant},
+          {"quadratic", noise.quadratic},
+          {"offset", noise.offset}};
+}
+
+Json
+toJson(const ReconstructionOptions& options, const DepthNoise& noise)
 {
   Json json{{"method", toString(options.method)},
+            {"sensor", toJson(noise)},
             {"max_features", options.features.max_features},
             {"min_matches", options.graph.matching.min_matches},
             {"exhaustive_limit", options.graph.exhaustive_limit},
@@ -203,7 +214,7 @@ makeReport(const RGBDDataset& dataset,
   if (!result.mesh.polygons.empty())
     report["mesh"] = meshReport(result);
   report["calibration"] = calibrationReport(dataset, result);
-  report["options"] = toJson(options);
+  report["options"] = toJson(options, dataset.camera().depth_noise);
   return report;
 }
 

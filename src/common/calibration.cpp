@@ -2,7 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include <bundle_icp/common/calibration.h>
 
-#include "common/simd.h"
+#include "common/depth_sigma.h"
 
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
@@ -65,9 +65,9 @@ constexpr int CORRECTION_ROUNDS = 4;
 
 /** The corrections along one row of depth, which change evenly from pixel to pixel. */
 struct RowCorrection {
-  float constant, quadratic, offset; ///< DepthNoise
-  float shared, shared_step;         ///< DepthError on the first pixel's ray, and from each to the next
-  float tilt, tilt_step;             ///< the same of DEPTH_TILT
+  DepthSigma sigma;
+  float shared, shared_step; ///< DepthError on the first pixel's ray, and from each to the next
+  float tilt, tilt_step;     ///< the same of DEPTH_TILT
   float bias;
 };
 
@@ -85,8 +85,7 @@ correctRow(const RowCorrection& correction, int width, float* depth)
     const float start = is_measured ? measured : 1.0f;
     float z = start;
     for (int round = 0; round < CORRECTION_ROUNDS; ++round) {
-      const float d = z - c.offset;
-      z = (start - (c.constant + c.quadratic * d * d) * shared) / (tilt + c.bias * z);
+      z = (start - c.sigma(z) * shared) / (tilt + c.bias * z);
     }
     depth[u] = is_measured ? z : measured;
   }
@@ -167,8 +166,7 @@ cv::Mat
 correctedDepth(const cv::Mat& depth,
                const CameraIntrinsics& camera,
                const Calibration& calibration,
-               const DepthError& error,
-               const DepthNoise& noise)
+               const DepthError& error)
 {
   const CameraIntrinsics exact = calibration.corrected(camera);
   cv::Mat result = undistorted(
@@ -179,12 +177,11 @@ correctedDepth(const cv::Mat& depth,
   const auto tilt_x = calibration[P::DEPTH_TILT_X], tilt_y = calibration[P::DEPTH_TILT_Y];
   for (int v = 0; v < result.rows; ++v) {
     const double x = -exact.cx / exact.fx, y = (v - exact.cy) / exact.fy;
-    simd::call<correctRow>(
-        {float(noise.constant), float(noise.quadratic), float(noise.offset),
-         float(error[0] + error[1] * x + error[2] * y), float(error[1] / exact.fx),
-         float(tilt_x * x + tilt_y * y), float(tilt_x / exact.fx),
-         float(calibration[P::DEPTH_BIAS])},
-        result.cols, result.ptr<float>(v));
+    simd::call<correctRow>({DepthSigma(camera.depth_noise),
+                            float(error[0] + error[1] * x + error[2] * y), float(error[1] / exact.fx),
+                            float(tilt_x * x + tilt_y * y), float(tilt_x / exact.fx),
+                            float(calibration[P::DEPTH_BIAS])},
+                           result.cols, result.ptr<float>(v));
   }
   return result;
 }
@@ -193,13 +190,12 @@ RGBDFrame
 correctedFrame(const RGBDFrame& frame,
                const CameraIntrinsics& camera,
                const Calibration& calibration,
-               const DepthError& error,
-               const DepthNoise& noise)
+               const DepthError& error)
 {
   RGBDFrame result = frame;
   result.color = undistorted(
       frame.color, calibration.corrected(camera), calibration, cv::INTER_LINEAR, cv::Scalar::all(0));
-  result.depth = correctedDepth(frame.depth, camera, calibration, error, noise);
+  result.depth = correctedDepth(frame.depth, camera, calibration, error);
   return result;
 }
 

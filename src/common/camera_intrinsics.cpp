@@ -59,7 +59,7 @@ CameraIntrinsics::isValid(std::string* error) const
     return fail("principal point " + std::to_string(cx) + ", " + std::to_string(cy) +
                 " px lies outside the image of " + std::to_string(width) + "x" +
                 std::to_string(height));
-  return true;
+  return depth_noise.isValid(error);
 }
 
 CameraIntrinsics

@@ -5,6 +5,7 @@
 #include <Eigen/Dense>
 #include <pcl/exceptions.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <random>
@@ -12,93 +13,121 @@
 namespace bundle_icp {
 namespace {
 
+constexpr int REWEIGHTINGS = 10;
+/** Samples that do hit the consensus still differ in accuracy: at least so many are drawn. */
+constexpr double MIN_SAMPLES = 50;
+
+using Sample = std::array<std::size_t, 3>;
+
 double
 squaredSigmas(const Pose& target_from_source, const PointPair& pair)
 {
-  return (target_from_source * pair.source - pair.target).squaredNorm() / pair.variance;
+  return pair.weight * (target_from_source * pair.source - pair.target).squaredNorm();
 }
 
-/** Sum of squared distances in sigmas, truncated at the inlier bound: MSAC's score. */
+/** Cost of a sample's pose: squared errors, those of outliers cut off (MSAC). */
 double
-truncatedCost(const Pose& pose, const std::vector<PointPair>& pairs, double bound, double best)
+truncatedCost(const std::vector<PointPair>& pairs, const Pose& pose, double limit, double best)
 {
   double cost = 0;
-  for (const PointPair& pair : pairs) {
-    cost += std::min(bound, squaredSigmas(pose, pair));
-    if (cost > best)
-      break;
-  }
+  for (std::size_t i = 0; i < pairs.size() && cost < best; ++i)
+    cost += std::min(limit, squaredSigmas(pose, pairs[i]));
   return cost;
 }
 
-/** Three pairs fix a motion only when they are distinct, not on a line, and span triangles
- *  of the same shape: the last rejects most bad samples before they are solved. */
-bool
-isUsableSample(const std::array<const PointPair*, 3>& sample, double inlier_sigmas)
+Sample
+drawSample(std::mt19937_64& random, std::size_t size)
 {
-  for (int k = 0; k < 3; ++k) {
-    const PointPair &a = *sample[k], &b = *sample[(k + 1) % 3];
-    const double source = (a.source - b.source).norm();
-    const double target = (a.target - b.target).norm();
-    const double sigma = std::sqrt(a.variance + b.variance);
-    if (source < 2 * sigma || std::abs(source - target) > inlier_sigmas * sigma)
+  Sample sample;
+  do
+    for (std::size_t& index : sample)
+      index = random() % size;
+  while (sample[0] == sample[1] || sample[0] == sample[2] || sample[1] == sample[2]);
+  return sample;
+}
+
+/** True when the three sides agree within noise: a rigid motion keeps distances. */
+bool
+keepsDistances(const std::vector<PointPair>& pairs, const Sample& sample, double sigmas)
+{
+  for (std::size_t k = 0; k < 3; ++k) {
+    const PointPair &a = pairs[sample[k]], &b = pairs[sample[(k + 1) % 3]];
+    const double before = (a.source - b.source).norm();
+    const double after = (a.target - b.target).norm();
+    const double sigma = std::sqrt(1 / a.weight + 1 / b.weight);
+    if (std::abs(before - after) > sigmas * sigma || before < 2 * sigma)
       return false;
   }
-  const Eigen::Vector3d u = sample[1]->source - sample[0]->source;
-  const Eigen::Vector3d v = sample[2]->source - sample[0]->source;
-  return u.cross(v).norm() > 0.05 * u.norm() * v.norm();
+  return true;
 }
 
-std::vector<std::size_t>
-findInliers(const Pose& pose, const std::vector<PointPair>& pairs, double bound)
+std::optional<Pose>
+sampleConsensus(const std::vector<PointPair>& pairs, const RigidAlignmentOptions& options)
 {
-  std::vector<std::size_t> inliers;
-  for (std::size_t i = 0; i < pairs.size(); ++i)
-    if (squaredSigmas(pose, pairs[i]) < bound)
-      inliers.push_back(i);
-  return inliers;
+  const double limit = options.inlier_sigmas * options.inlier_sigmas;
+  const double worst_cost = static_cast<double>(pairs.size()) * limit;
+  std::mt19937_64 random(options.seed);
+  std::optional<Pose> best;
+  double best_cost = worst_cost, needed = options.max_samples;
+  for (int k = 0; k < options.max_samples && k < needed; ++k) {
+    const Sample sample = drawSample(random, pairs.size());
+    if (!keepsDistances(pairs, sample, options.inlier_sigmas))
+      continue;
+    const std::optional<Pose> pose =
+        rigidAlignment({pairs[sample[0]], pairs[sample[1]], pairs[sample[2]]});
+    const double cost = pose ? truncatedCost(pairs, *pose, limit, best_cost) : best_cost;
+    if (cost >= best_cost)
+      continue;
+    best_cost = cost;
+    best = pose;
+    const double share = 1 - best_cost / worst_cost;
+    const double all_inliers = std::min(1 - 1e-12, share * share * share);
+    needed =
+        std::max(MIN_SAMPLES, std::log(1 - options.confidence) / std::log1p(-all_inliers));
+  }
+  return best;
 }
 
-/** Reweighted least squares with Cauchy weights inside the inlier bound. */
-Pose
-refine(Pose pose, const std::vector<PointPair>& pairs, const RigidAlignmentOptions& options)
+/** Reweighted least squares with Tukey's biweight over all pairs. */
+std::optional<Pose>
+refine(const std::vector<PointPair>& pairs, Pose pose, double limit)
 {
-  const double bound = options.inlier_sigmas * options.inlier_sigmas;
-  std::vector<double> factors(pairs.size());
-  for (int iteration = 0; iteration < options.refinements; ++iteration) {
-    int used = 0;
+  std::vector<double> weights(pairs.size());
+  for (int k = 0; k < REWEIGHTINGS; ++k) {
     for (std::size_t i = 0; i < pairs.size(); ++i) {
-      const double squared = squaredSigmas(pose, pairs[i]);
-      factors[i] = squared < bound ? 1 / (1 + squared / 3) : 0;
-      used += factors[i] > 0;
+      const double inside = std::max(0.0, 1 - squaredSigmas(pose, pairs[i]) / limit);
+      weights[i] = pairs[i].weight * inside * inside;
     }
-    if (used < 3)
+    const std::optional<Pose> next = rigidAlignment(pairs, weights);
+    if (!next)
+      return std::nullopt;
+    const bool settled = logarithm(pose.inverse() * *next).norm() < 1e-9;
+    pose = *next;
+    if (settled)
       break;
-    pose = rigidAlignment(pairs, factors);
   }
   return pose;
 }
 
-/** The inliers must not lie on a line, or the rotation about it is free. */
+/** The inliers must not lie on a line within their errors, or the rotation about it is free. */
 bool
 spansAPlane(const std::vector<PointPair>& pairs, const std::vector<std::size_t>& inliers)
 {
   if (inliers.size() < 3)
     return false;
+  const double share = 1 / static_cast<double>(inliers.size());
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   double variance = 0;
   for (const std::size_t i : inliers) {
-    mean += pairs[i].source / inliers.size();
-    variance += pairs[i].variance / inliers.size();
+    mean += share * pairs[i].source;
+    variance += share / pairs[i].weight;
   }
   Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
   for (const std::size_t i : inliers) {
     const Eigen::Vector3d d = pairs[i].source - mean;
-    scatter += d * d.transpose() / inliers.size();
+    scatter += share * d * d.transpose();
   }
-  const Eigen::Vector3d values =
-      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(scatter).eigenvalues();
-  return values[1] > 4 * variance;
+  return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(scatter).eigenvalues()[1] > 4 * variance;
 }
 
 } // namespace
@@ -106,32 +135,29 @@ spansAPlane(const std::vector<PointPair>& pairs, const std::vector<std::size_t>&
 bool
 RigidAlignmentOptions::isValid(std::string* error) const
 {
-  const char* reason = !(inlier_sigmas > 0)                 ? "inlier_sigmas must be > 0"
-                       : max_iterations < 1                 ? "max_iterations must be >= 1"
+  const char* reason = !(std::isfinite(inlier_sigmas) && inlier_sigmas > 0)
+                           ? "inlier_sigmas must be > 0"
+                       : max_samples < 1                     ? "max_samples must be >= 1"
                        : !(confidence > 0 && confidence < 1) ? "confidence must lie in (0, 1)"
-                       : refinements < 0                    ? "refinements must be >= 0"
-                                                            : nullptr;
+                                                             : nullptr;
   if (reason && error)
     *error = reason;
   return !reason;
 }
 
-Pose
-rigidAlignment(const std::vector<PointPair>& pairs, const std::vector<double>& factors)
+std::optional<Pose>
+rigidAlignment(const std::vector<PointPair>& pairs, const std::vector<double>& weights)
 {
-  Eigen::Vector3d source_mean = Eigen::Vector3d::Zero(), target_mean = source_mean;
   double sum = 0;
-  const auto weight = [&](std::size_t i) {
-    return (factors.empty() ? 1.0 : factors[i]) / pairs[i].variance;
-  };
+  Eigen::Vector3d source_mean = Eigen::Vector3d::Zero(), target_mean = source_mean;
+  const auto weight = [&](std::size_t i) { return weights.empty() ? pairs[i].weight : weights[i]; };
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     sum += weight(i);
     source_mean += weight(i) * pairs[i].source;
     target_mean += weight(i) * pairs[i].target;
   }
-  Pose pose = Pose::Identity();
   if (!(sum > 0))
-    return pose;
+    return std::nullopt;
   source_mean /= sum;
   target_mean /= sum;
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
@@ -140,9 +166,13 @@ rigidAlignment(const std::vector<PointPair>& pairs, const std::vector<double>& f
                   (pairs[i].source - source_mean).transpose();
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance,
                                               Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Eigen::Vector3d sign = Eigen::Vector3d::Ones();
+  const Eigen::Vector3d values = svd.singularValues();
+  if (values[1] < 1e-4 * values[0] || !(values[0] > 0))
+    return std::nullopt;
+  Eigen::Vector3d sign(1, 1, 1);
   if (svd.matrixU().determinant() * svd.matrixV().determinant() < 0)
     sign[2] = -1;
+  Pose pose = Pose::Identity();
   pose.linear() = svd.matrixU() * sign.asDiagonal() * svd.matrixV().transpose();
   pose.translation() = target_mean - pose.linear() * source_mean;
   return pose;
@@ -154,41 +184,19 @@ robustRigidAlignment(const std::vector<PointPair>& pairs, const RigidAlignmentOp
   std::string error;
   if (!options.isValid(&error))
     throw pcl::BadArgumentException("robustRigidAlignment: " + error);
-  RigidAlignment result;
   if (pairs.size() < 3)
-    return result;
-  const double bound = options.inlier_sigmas * options.inlier_sigmas;
-  double best = bound * pairs.size();
-  std::mt19937_64 random(options.seed);
-  // Fixed-point scaling instead of std::uniform_int_distribution, whose results differ
-  // between standard libraries.
-  const auto draw = [&] { return (random() >> 32) * pairs.size() >> 32; };
-  double needed = options.max_iterations;
-  for (int iteration = 0; iteration < needed; ++iteration) {
-    const std::array<const PointPair*, 3> sample{
-        &pairs[draw()], &pairs[draw()], &pairs[draw()]};
-    if (!isUsableSample(sample, options.inlier_sigmas))
-      continue;
-    const Pose pose = rigidAlignment({*sample[0], *sample[1], *sample[2]});
-    const double cost = truncatedCost(pose, pairs, bound, best);
-    if (cost >= best)
-      continue;
-    best = cost;
-    result.target_from_source = pose;
-    const double share = findInliers(pose, pairs, bound).size() / double(pairs.size());
-    const double miss = std::log(1 - std::min(0.9999, share * share * share));
-    needed = std::min<double>(options.max_iterations, std::log(1 - options.confidence) / miss);
-  }
-  if (best >= bound * pairs.size())
-    return result;
-  result.target_from_source = refine(result.target_from_source, pairs, options);
-  result.inliers = findInliers(result.target_from_source, pairs, bound);
+    return {};
+  const double limit = options.inlier_sigmas * options.inlier_sigmas;
+  std::optional<Pose> pose = sampleConsensus(pairs, options);
+  if (pose)
+    pose = refine(pairs, *pose, limit);
+  if (!pose)
+    return {};
+  RigidAlignment result{false, *pose, {}};
+  for (std::size_t i = 0; i < pairs.size(); ++i)
+    if (squaredSigmas(*pose, pairs[i]) <= limit)
+      result.inliers.push_back(i);
   result.success = spansAPlane(pairs, result.inliers);
-  double sum = 0;
-  for (const std::size_t i : result.inliers)
-    sum += squaredSigmas(result.target_from_source, pairs[i]);
-  if (!result.inliers.empty())
-    result.rmse = std::sqrt(sum / (3 * result.inliers.size()));
   return result;
 }
 

@@ -129,8 +129,8 @@ verifyMatches(const Features& first,
     measured.push_back(m);
     points.push_back({pointInCamera(second, m.second, camera),
                       pointInCamera(first, m.first, camera),
-                      pointVariance(first, m.first, camera) +
-                          pointVariance(second, m.second, camera)});
+                      1 / (pointVariance(first, m.first, camera) +
+                           pointVariance(second, m.second, camera))});
   }
   if (points.size() < options.min_matches)
     return pair;

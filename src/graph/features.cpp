@@ -16,6 +16,9 @@ namespace bundle_icp {
 namespace {
 
 constexpr int DESCRIPTOR_SIZE = 128;
+/** A window with a depth farther from its plane than this many sigma holds a depth edge. The plane has
+ *  explained the slope, and what is tested is the largest of dozens of residuals. */
+constexpr double EDGE_SIGMAS = 8;
 
 /** RootSIFT: the Hellinger kernel on SIFT as a Euclidean distance. */
 void
@@ -49,7 +52,10 @@ struct MeasuredDepth {
 /** Depth at a sub-pixel position: a plane through the window's depth, which averages noise
  *  and quantisation without the bias that a mean has on slanted surfaces. */
 MeasuredDepth
-measureDepth(const cv::Mat& depth, const Eigen::Vector2f& pixel, const FeatureOptions& options)
+measureDepth(const cv::Mat& depth,
+             const CameraIntrinsics& camera,
+             const Eigen::Vector2f& pixel,
+             const FeatureOptions& options)
 {
   const int r = options.depth_radius;
   const int u = int(std::lround(pixel.x())), v = int(std::lround(pixel.y()));
@@ -76,10 +82,10 @@ measureDepth(const cv::Mat& depth, const Eigen::Vector2f& pixel, const FeatureOp
   const float z = plane.z();
   if (!(z > 0))
     return {};
-  const double sigma = options.noise.sigma(z);
+  const double sigma = camera.depth_noise.sigma(z);
+  const double tolerance = EDGE_SIGMAS * sigma;
   for (const Eigen::Vector3f& s : samples)
-    if (std::abs(plane.x() * s.x() + plane.y() * s.y() + z - s.z()) >
-        options.edge_sigmas * sigma)
+    if (std::abs(plane.x() * s.x() + plane.y() * s.y() + z - s.z()) > tolerance)
       return {}; // the window holds two surfaces
   // Errors of neighbouring depth pixels are correlated, so averaging does not lower sigma; a
   // keypoint that is off by a fraction of a pixel reads another depth on a slope.
@@ -172,10 +178,8 @@ FeatureOptions::isValid(std::string* error) const
     reason = "image_reduction must be >= 1";
   else if (depth_radius < 1)
     reason = "depth_radius must be >= 1 px";
-  else if (!(edge_sigmas > 0) || !(pixel_sigma > 0))
-    reason = "edge_sigmas and pixel_sigma must be > 0";
-  else
-    noise.isValid(&reason);
+  else if (!(pixel_sigma > 0))
+    reason = "pixel_sigma must be > 0";
   if (error && !reason.empty())
     *error = reason;
   return reason.empty();
@@ -205,7 +209,7 @@ extractFeatures(const RGBDFrame& frame,
     features.pixel_sigmas.push_back(options.pixel_sigma *
                                     std::max(1.0f, std::sqrt(keypoint.size / 4)));
     features.colors.push_back(frame.color.at<cv::Vec3b>(keypoint.pt));
-    const MeasuredDepth measured = measureDepth(frame.depth, features.pixels.back(), options);
+    const MeasuredDepth measured = measureDepth(frame.depth, camera, features.pixels.back(), options);
     features.depths.push_back(measured.depth);
     features.depth_sigmas.push_back(measured.sigma);
     features.depth_slopes.push_back(measured.slope);

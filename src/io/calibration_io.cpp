@@ -6,6 +6,7 @@
 
 #include <bundle_icp/io/atomic_file.h>
 
+#include <boost/filesystem.hpp>
 #include <nlohmann/json.hpp>
 #include <pcl/exceptions.h>
 
@@ -134,6 +135,30 @@ readCalibration(const std::string& path, const CameraIntrinsics& camera)
   catch (const pcl::IOException& error) {
     throw pcl::IOException(path + ": " + messageOf(error));
   }
+}
+
+DepthNoise
+readDepthNoise(const std::string& sensor)
+{
+  if (const std::optional<DepthNoise> known = depthNoiseOf(sensor))
+    return *known;
+  if (!boost::filesystem::exists(sensor))
+    throw pcl::IOException(sensor + ": no such file, and no sensor of that name; known are kinect, "
+                                    "d400, tof and lidar");
+  const Json json = Json::parse(readBytes(sensor), nullptr, false);
+  std::string error = "is not a JSON object";
+  if (json.is_object())
+    try {
+      const DepthNoise noise{numberIn(json, "constant", "constant"),
+                             numberIn(json, "quadratic", "quadratic"),
+                             numberIn(json, "offset", "offset")};
+      if (noise.isValid(&error))
+        return noise;
+    }
+    catch (const pcl::IOException& fault) {
+      error = messageOf(fault);
+    }
+  throw pcl::IOException(sensor + ": " + error);
 }
 
 } // namespace bundle_icp

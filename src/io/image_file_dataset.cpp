@@ -243,6 +243,8 @@ makeImageFileDataset(Recording recording, const std::string& folder,
                            recording.format +
                            " recording without a calibration); give them " +
                            "with --intrinsics fx,fy,cx,cy[,k1,k2,p1,p2,k3]");
+  if (options.depth_noise)
+    recording.intrinsics->depth_noise = *options.depth_noise;
   const CameraIntrinsics camera = probeCamera(recording, folder);
   return std::make_shared<ImageFileDataset>(std::move(recording), camera, options);
 }

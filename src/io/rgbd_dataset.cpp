@@ -62,6 +62,8 @@ DatasetOptions::isValid(std::string* error) const
                 " units per metre must be finite and positive");
   if (!(depth_factor > 0.5 && depth_factor < 2))
     return fail("depth factor " + std::to_string(depth_factor) + " must lie in (0.5, 2)");
+  if (depth_noise && !depth_noise->isValid(error))
+    return false;
   if (!(std::isfinite(max_time_difference) && max_time_difference > 0))
     return fail("largest time difference " + std::to_string(max_time_difference) +
                 " s must be finite and positive");

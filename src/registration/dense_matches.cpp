@@ -2,8 +2,8 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "dense_matches.h"
 
+#include "common/depth_sigma.h"
 #include "common/parallel.h"
-#include "common/simd.h"
 
 #include <algorithm>
 #include <array>
@@ -97,17 +97,15 @@ struct Projection {
   float center[3];
   float max_squared, min_cosine;
   float misalignment_squared;
-  float noise_constant, noise_quadratic, noise_offset;
+  DepthSigma depth_sigma;
   int width, height;
 
   Projection(const TargetGrid& target, const Pose& pose, const Eigen::Vector3d& about,
-             const DepthNoise& noise, const MatchTolerance& tolerance)
+             const MatchTolerance& tolerance)
       : max_squared(std::min(3e38f, tolerance.max_distance * tolerance.max_distance)),
         min_cosine(0.6f),
         misalignment_squared(tolerance.misalignment * tolerance.misalignment),
-        noise_constant(static_cast<float>(noise.constant)),
-        noise_quadratic(static_cast<float>(noise.quadratic)),
-        noise_offset(static_cast<float>(noise.offset)), width(target.camera.width),
+        depth_sigma(target.camera.depth_noise), width(target.camera.width),
         height(target.camera.height)
   {
     const CameraIntrinsics& camera = target.camera;
@@ -154,8 +152,7 @@ project(const Projection& projection, const SourcePoints& s, std::size_t begin,
     const float u_inside = inside ? u : 0.0f, v_inside = inside ? v : 0.0f;
     const int pixel = static_cast<int>(v_inside) * p.width + static_cast<int>(u_inside);
     m.target[i] = inside ? pixel : -1;
-    const float d = z - p.noise_offset;
-    const float sigma = p.noise_constant + p.noise_quadratic * d * d;
+    const float sigma = p.depth_sigma(z);
     m.inverse_sigma[i] = 1 / std::sqrt(sigma * sigma + p.misalignment_squared);
   }
 }
@@ -335,7 +332,7 @@ matchByProjection(const AlignmentProblem& problem, const TargetGrid& target,
     matches.resize(source.size());
   for (std::size_t i = source.size(); i < matches.size(); ++i)
     rejectMatch(matches, i);
-  const Projection projection(target, pose, center, problem.noise, tolerance);
+  const Projection projection(target, pose, center, tolerance);
   const std::size_t chunks = (source.size() + CHUNK - 1) / CHUNK;
 #pragma omp parallel for num_threads(resolveThreads(problem.num_threads))              \
     schedule(static)

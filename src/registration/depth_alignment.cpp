@@ -9,7 +9,6 @@ DepthAlignment::DepthAlignment(const View& source, const VirtualDepthOptions& op
 {
   problem_.source = viewPoints(*source_cloud_);
   problem_.camera = source->camera;
-  problem_.noise = options.noise;
   problem_.num_threads = options.num_threads;
 }
 

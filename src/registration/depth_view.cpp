@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#include "common/depth_edges.h"
 #include "common/parallel.h"
-#include "common/simd.h"
-#include "depth_edges.h"
 #include "reduce_depth.h"
 
 #include <bundle_icp/registration/virtual_depth.h>
@@ -59,12 +58,11 @@ struct Planes {
  * determines a slope to sigma / sqrt(n var), n = (2r+1)^2 pixels, var = r(r+1)/3 their
  * spread. */
 void
-radiusTable(const CameraIntrinsics& camera, const DepthNoise& noise,
-            std::vector<float>& table)
+radiusTable(const CameraIntrinsics& camera, std::vector<float>& table)
 {
   for (std::size_t i = 0; i < table.size(); ++i) {
     const double z = 0.05 * (static_cast<double>(i) + 0.5);
-    const double needed = noise.sigma(z) * camera.fx / (z * NORMAL_SIGMA);
+    const double needed = camera.depth_noise.sigma(z) * camera.fx / (z * NORMAL_SIGMA);
     int r = 2;
     while (r < MAX_RADIUS && (2 * r + 1) * std::sqrt(r * (r + 1) / 3.0) < needed)
       ++r;
@@ -88,7 +86,7 @@ prepareRow(const float* z, int width, const std::vector<float>& radii, float* in
 }
 
 BUNDLE_ICP_INLINE void
-linkRows(const float* a, const float* b, int width, SurfaceLink linked, float* links)
+linkRows(const float* a, const float* b, int width, DepthEdges linked, float* links)
 {
 #pragma omp simd
   for (int u = 0; u < width; ++u)
@@ -268,18 +266,15 @@ edgeDistance(Planes& planes, const cv::Size& size)
  */
 BUNDLE_ICP_INLINE void
 weightsOfRow(const float* z, const float* cosine, const float* distance, int width,
-             const VirtualDepthOptions& options, float* weight)
+             const VirtualDepthOptions& options, DepthSigma depth_sigma, float* weight)
 {
-  const float constant = static_cast<float>(options.noise.constant);
-  const float quadratic = static_cast<float>(options.noise.quadratic);
-  const float offset = static_cast<float>(options.noise.offset);
   const float steepest =
       static_cast<float>(std::cos(options.max_view_angle * M_PI / 180));
   const float ramp =
       options.edge_distance > 0 ? static_cast<float>(1 / options.edge_distance) : 1e9f;
 #pragma omp simd
   for (int u = 0; u < width; ++u) {
-    const float d = z[u] - offset, sigma = constant + quadratic * d * d;
+    const float sigma = depth_sigma(z[u]);
     const float near_edge = std::min(1.0f, distance[u] * ramp);
     const float w = cosine[u] * near_edge / (sigma * sigma);
     weight[u] = z[u] > 0 && cosine[u] >= steepest ? w : 0.0f;
@@ -287,12 +282,11 @@ weightsOfRow(const float* z, const float* cosine, const float* distance, int wid
 }
 
 void
-prepare(const DepthView& view, const VirtualDepthOptions& options, int threads,
-        Planes& planes)
+prepare(const DepthView& view, int threads, Planes& planes)
 {
   std::vector<float> radii(400);
-  radiusTable(view.camera, options.noise, radii);
-  const SurfaceLink linked(view.camera, options);
+  radiusTable(view.camera, radii);
+  const DepthEdges linked(view.camera);
   const int width = view.depth.cols, height = view.depth.rows;
 #pragma omp parallel for num_threads(threads) schedule(static)
   for (int v = 0; v < height; ++v) {
@@ -315,7 +309,7 @@ fillNormalsAndWeights(DepthView& view, const VirtualDepthOptions& options)
   const cv::Size size = view.depth.size();
   const int threads = resolveThreads(options.num_threads);
   Planes planes(size);
-  prepare(view, options, threads, planes);
+  prepare(view, threads, planes);
   const cv::Mat distance = edgeDistance(planes, size);
   view.normals.create(size, CV_32FC3);
   view.weight.create(size, CV_32F);
@@ -330,7 +324,8 @@ fillNormalsAndWeights(DepthView& view, const VirtualDepthOptions& options)
                                  view.normals.ptr<float>(v) + 3 * start, cosine.data() + start);
     }
     simd::call<weightsOfRow>(view.depth.ptr<float>(v), cosine.data(), distance.ptr<float>(v),
-                             size.width, options, view.weight.ptr<float>(v));
+                             size.width, options, DepthSigma(view.camera.depth_noise),
+                             view.weight.ptr<float>(v));
   }
 }
 

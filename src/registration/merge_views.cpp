@@ -2,8 +2,8 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "merge_views.h"
 
+#include "common/depth_sigma.h"
 #include "common/parallel.h"
-#include "common/simd.h"
 
 #include <algorithm>
 #include <cmath>
@@ -105,15 +105,10 @@ sampleRow(const Contribution& from, const CameraIntrinsics& camera, int row,
   }
 }
 
-/** Sums the samples within merge_sigmas of the nearest one. */
+/** Sums the samples within `reach` of the nearest one. */
 BUNDLE_ICP_INLINE void
-sumNearest(const std::vector<RowSamples>& samples, const VirtualDepthOptions& options, int width,
-           RowSums& sums)
+sumNearest(const std::vector<RowSamples>& samples, DepthSigma reach, int width, RowSums& sums)
 {
-  const float reach = static_cast<float>(options.merge_sigmas * std::sqrt(2.0));
-  const float constant = static_cast<float>(options.noise.constant) * reach;
-  const float quadratic = static_cast<float>(options.noise.quadratic) * reach;
-  const float offset = static_cast<float>(options.noise.offset);
 #pragma omp simd
   for (int u = 0; u < width; ++u) {
     sums.front[u] = FAR_AWAY;
@@ -126,8 +121,8 @@ sumNearest(const std::vector<RowSamples>& samples, const VirtualDepthOptions& op
   for (const RowSamples& s : samples)
 #pragma omp simd
     for (int u = 0; u < width; ++u) {
-      const float d = sums.front[u] - offset, step = s.depth[u] - sums.front[u];
-      const bool same = step <= constant + quadratic * d * d;
+      const float step = s.depth[u] - sums.front[u];
+      const bool same = step <= reach(sums.front[u]);
       const float all = s.weight[u];
       const float used = same ? all : 0.0f;
       sums.weight[u] += used;
@@ -142,7 +137,7 @@ sumNearest(const std::vector<RowSamples>& samples, const VirtualDepthOptions& op
 /** What the views show in one column, the nearest surface in `sums`. */
 ViewTerm
 mergeColumn(const std::vector<RowSamples>& samples, const RowSums& sums, std::size_t u,
-            const VirtualDepthOptions& options)
+            DepthSigma reach)
 {
   if (sums.weight[u] >= MIN_WEIGHT_SHARE * sums.behind[u])
     return {sums.front[u] + sums.depth[u] * (1 / sums.weight[u]), sums.weight[u],
@@ -150,19 +145,19 @@ mergeColumn(const std::vector<RowSamples>& samples, const RowSums& sums, std::si
   std::vector<ViewTerm> terms;
   for (const RowSamples& s : samples)
     terms.push_back({s.depth[u], s.weight[u], {s.nx[u], s.ny[u], s.nz[u]}});
-  return virtualDepthAt(terms, options);
+  return virtualDepthAt(terms, reach);
 }
 
 void
 writeRow(const std::vector<RowSamples>& samples, const RowSums& sums, int row,
-         const VirtualDepthOptions& options, VirtualDepth& out)
+         DepthSigma reach, VirtualDepth& out)
 {
   float* depth = out.depth.ptr<float>(row);
   float* variance = out.variance.ptr<float>(row);
   cv::Vec3f* normals = out.normals.ptr<cv::Vec3f>(row);
   constexpr float NOT_SEEN = std::numeric_limits<float>::quiet_NaN();
   for (int u = 0; u < out.camera.width; ++u) {
-    const ViewTerm merged = mergeColumn(samples, sums, static_cast<std::size_t>(u), options);
+    const ViewTerm merged = mergeColumn(samples, sums, static_cast<std::size_t>(u), reach);
     const bool seen = merged.w > 0;
     const float x = merged.normal.x(), y = merged.normal.y(), z = merged.normal.z();
     const float norm = seen ? 1 / std::sqrt(x * x + y * y + z * z) : NOT_SEEN;
@@ -192,18 +187,17 @@ viewTerm(const Contribution& from, const CameraIntrinsics& camera, int u, int v)
 }
 
 ViewTerm
-virtualDepthAt(std::vector<ViewTerm> terms, const VirtualDepthOptions& options)
+virtualDepthAt(std::vector<ViewTerm> terms, DepthSigma reach)
 {
   while (true) {
     float nearest = FAR_AWAY;
     for (const ViewTerm& term : terms)
       nearest = term.w > 0 ? std::min(nearest, term.D) : nearest;
-    const float reach = static_cast<float>(options.merge_sigmas * std::sqrt(2.0) *
-                                           options.noise.sigma(nearest));
+    const float limit = reach(nearest);
     ViewTerm sum;
     float behind = 0;
     for (ViewTerm& term : terms) {
-      if (term.D - nearest > reach) {
+      if (term.D - nearest > limit) {
         behind += term.w;
         continue;
       }
@@ -223,6 +217,7 @@ mergeViews(const std::vector<Contribution>& contributions,
            const VirtualDepthOptions& options, VirtualDepth& out)
 {
   const int width = out.camera.width;
+  const DepthSigma reach(out.camera.depth_noise, options.merge_sigmas * std::sqrt(2.0));
 #pragma omp parallel num_threads(resolveThreads(options.num_threads))
   {
     std::vector<RowSamples> samples(contributions.size(),
@@ -234,8 +229,8 @@ mergeViews(const std::vector<Contribution>& contributions,
         fetchRow(contributions[i], row, width, samples[i]);
         simd::call<sampleRow>(contributions[i], out.camera, row, samples[i]);
       }
-      simd::call<sumNearest>(samples, options, width, sums);
-      writeRow(samples, sums, row, options, out);
+      simd::call<sumNearest>(samples, reach, width, sums);
+      writeRow(samples, sums, row, reach, out);
     }
   }
 }

@@ -2,9 +2,8 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "reduce_depth.h"
 
+#include "common/depth_edges.h"
 #include "common/parallel.h"
-#include "common/simd.h"
-#include "depth_edges.h"
 
 #include <pcl/exceptions.h>
 
@@ -41,7 +40,7 @@ checkDepth(const cv::Mat& depth, const CameraIntrinsics& camera, int reduction,
  * measured when that is less than half of the block. */
 float
 averageOfSurface(float* depths, std::size_t count, std::size_t block_size,
-                 const SurfaceLink& linked)
+                 const DepthEdges& linked)
 {
   if (2 * count < block_size)
     return NOT_MEASURED;
@@ -60,7 +59,7 @@ averageOfSurface(float* depths, std::size_t count, std::size_t block_size,
 
 /** The same for blocks of four depths in any order, without branches. */
 BUNDLE_ICP_INLINE void
-reduceRowByTwo(const float* upper, const float* lower, int width, SurfaceLink linked,
+reduceRowByTwo(const float* upper, const float* lower, int width, DepthEdges linked,
                float* reduced)
 {
   for (int u = 0; u < width; ++u) {
@@ -93,7 +92,7 @@ reduceRowByTwo(const float* upper, const float* lower, int width, SurfaceLink li
 }
 
 void
-reduceRow(const cv::Mat& depth, int row, int factor, const SurfaceLink& linked,
+reduceRow(const cv::Mat& depth, int row, int factor, const DepthEdges& linked,
           cv::Mat& reduced)
 {
   const std::size_t block_size =
@@ -121,7 +120,7 @@ reduceDepth(const cv::Mat& depth, const CameraIntrinsics& camera, int factor,
     reduced = depth.clone();
   }
   else {
-    const SurfaceLink linked(camera, options);
+    const DepthEdges linked(camera);
     reduced.create(depth.rows / factor, depth.cols / factor, CV_32F);
 #pragma omp parallel for num_threads(resolveThreads(options.num_threads)) schedule(static)
     for (int v = 0; v < reduced.rows; ++v)

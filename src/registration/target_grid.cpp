@@ -57,7 +57,6 @@ computeNormals(const AlignmentProblem& problem, TargetGrid& grid)
     depth.ptr<float>()[i] =
         static_cast<float>((virtual_from_world * pointAt(points, i)).z());
   VirtualDepthOptions options;
-  options.noise = problem.noise;
   options.num_threads = problem.num_threads;
   const DepthView view = makeDepthView(depth, grid.camera, 1, options);
   const Eigen::Matrix3f rotation = grid.world_from_virtual.linear().cast<float>();

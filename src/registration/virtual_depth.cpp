@@ -101,10 +101,6 @@ VirtualDepthOptions::isValid(std::string* error) const
       *error = reason;
     return false;
   };
-  if (!noise.isValid(error))
-    return false;
-  if (!(edge_sigmas > 0) || !std::isfinite(edge_sigmas))
-    return fail("edge_sigmas must be positive");
   if (!(edge_distance >= 0) || !std::isfinite(edge_distance))
     return fail("edge_distance must be at least 0 px");
   if (!(max_view_angle > 0 && max_view_angle < 90))

@@ -2,8 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "warp_view.h"
 
-#include "depth_edges.h"
-#include "common/simd.h"
+#include "common/depth_edges.h"
 
 #include <algorithm>
 #include <cmath>
@@ -92,7 +91,7 @@ warpRow(const float* z, const float* weight, int width, int row, const Warp& war
 
 BUNDLE_ICP_INLINE void
 linkVertices(const float* a, const float* b, const float* valid_a, const float* valid_b,
-             int width, SurfaceLink linked, float* links)
+             int width, DepthEdges linked, float* links)
 {
 #pragma omp simd
   for (int c = 0; c < width; ++c)
@@ -115,10 +114,7 @@ public:
   Target(const CameraIntrinsics& camera, const VirtualDepthOptions& options)
       : width(camera.width), height(camera.height),
         pixels(static_cast<std::size_t>(width) * static_cast<std::size_t>(height)),
-        averaged_(pixels.size()),
-        constant_(static_cast<float>(options.merge_sigmas * options.noise.constant)),
-        quadratic_(static_cast<float>(options.merge_sigmas * options.noise.quadratic)),
-        offset_(static_cast<float>(options.noise.offset))
+        averaged_(pixels.size()), reach_(camera.depth_noise, options.merge_sigmas)
   {
   }
 
@@ -135,9 +131,9 @@ public:
       return;
     }
     const float held = pixel.inverse_depth;
-    const float nearest = std::max(held, inverse_z), d = 1 / nearest - offset_;
+    const float nearest = std::max(held, inverse_z);
     // sigma(z) / z^2 is the standard deviation of inverse depth.
-    const float tolerance = (constant_ + quadratic_ * d * d) * nearest * nearest;
+    const float tolerance = reach_(1 / nearest) * nearest * nearest;
     if (std::abs(inverse_z - held) <= tolerance) {
       std::uint8_t& averaged = averaged_[at];
       averaged += averaged < MAX_AVERAGED;
@@ -156,7 +152,7 @@ private:
   static constexpr std::uint8_t MAX_AVERAGED = 254;
 
   std::vector<std::uint8_t> averaged_; // with the value first held
-  float constant_, quadratic_, offset_;
+  DepthSigma reach_;
 };
 
 /** A cell of the mesh: corner `o`, the ends `a` and `b` of the two edges that leave it,
@@ -359,7 +355,7 @@ warpView(const DepthView& view, const CameraIntrinsics& camera,
 {
   const int width = view.depth.cols, height = view.depth.rows;
   const Warp warp(view.camera, camera, virtual_from_view);
-  const SurfaceLink linked(view.camera, options);
+  const DepthEdges linked(view.camera);
   Target target(camera, options);
   VertexRow top(static_cast<std::size_t>(width)),
       bottom(static_cast<std::size_t>(width));

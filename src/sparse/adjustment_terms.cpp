@@ -32,7 +32,7 @@ AdjustmentTerms::AdjustmentTerms(const ImageGraph& graph,
                                  const BundleAdjustmentProblem& problem,
                                  const BundleAdjustmentOptions& options,
                                  const SparseModel& model)
-: graph_(graph), options_(options), depth_noise_(model.depthNoise())
+: graph_(graph), options_(options)
 {
   addImages(problem, model);
   addObservations(problem, model);
@@ -152,7 +152,7 @@ AdjustmentTerms::cost(const AdjustmentState& state, int num_threads) const
       if (!o.has_depth)
         continue;
       double depth;
-      DepthResidual(image.measurement, depth_noise_, features, o.feature)
+      DepthResidual(image.measurement, graph_.camera().depth_noise, features, o.feature)
           .Evaluate(blocks.data(), &depth, nullptr);
       slots[chunk] += robustCost(depth * depth, options_.loss_scale);
     }
@@ -195,7 +195,7 @@ AdjustmentTerms::linearise(const AdjustedObservation& o, const AdjustmentState& 
                                  by_point.row(2).data(),
                                  calibration ? rows.by_calibration.row(2).data() : nullptr,
                                  by_error.data()};
-    DepthResidual(image.measurement, depth_noise_, features, o.feature)
+    DepthResidual(image.measurement, graph_.camera().depth_noise, features, o.feature)
         .Evaluate(blocks.data(), &rows.residual[2], depth_jacobians);
   }
   const double scale = options_.loss_scale;

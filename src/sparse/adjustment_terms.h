@@ -119,7 +119,6 @@ private:
 
   const ImageGraph& graph_;
   const BundleAdjustmentOptions& options_;
-  const DepthNoise depth_noise_;
 };
 
 } // namespace bundle_icp

@@ -240,7 +240,7 @@ FrameRegistrar::canDepthImprove(std::size_t image, const FrameRegistration& visu
   const double z = meanDepth(graph_.features(image));
   if (graph_.isKey(image) || !visual.report.registered || !(z > 0))
     return true;
-  const SharedError shared(z, options_.virtual_depth.noise, shared_depth_sigmas_);
+  const SharedError shared(z, graph_.camera().depth_noise, shared_depth_sigmas_);
   const double rotation = visual.report.rotation_deviation / shared.tilt;
   const double position = visual.report.position_deviation / shared.shift;
   return rotation * rotation + position * position > LEAST_DENSE_GAIN;
@@ -297,7 +297,7 @@ FrameRegistrar::denseEvidence(const SparseModel& model, std::size_t image, const
   return {dense.dense_pose * model.depthFromColor(image),
           withSharedError(dense.information,
                           *depth_views_(image, model),
-                          options_.virtual_depth.noise,
+                          graph_.camera().depth_noise,
                           shared_depth_sigmas_,
                           1)};
 }
@@ -380,7 +380,7 @@ FrameRegistrar::registerPair(const SparseModel& model, std::size_t first, std::s
                            result.dense_pose * model.depthFromColor(second);
   term.information = withSharedError(result.information,
                                      *source,
-                                     options_.virtual_depth.noise,
+                                     graph_.camera().depth_noise,
                                      shared_depth_sigmas_,
                                      2);
   return term;

@@ -70,7 +70,7 @@ heldBackCost(const ImageGraph& graph,
       cost->second += robust(pixel.squaredNorm());
       if (options.use_depth && features.hasDepth(o.feature)) {
         double depth;
-        DepthResidual(measurement, model.depthNoise(), features, o.feature)
+        DepthResidual(measurement, graph.camera().depth_noise, features, o.feature)
             .Evaluate(parameters, &depth, nullptr);
         cost->second += robust(depth * depth);
       }

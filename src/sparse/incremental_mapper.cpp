@@ -135,7 +135,6 @@ IncrementalMapper::Impl::run(SparseModel& model, const ProgressCallback& progres
   progress_ = progress;
   model.resize(graph_.size());
   model.setCalibration(options_.calibration);
-  model.setDepthNoise(options_.virtual_depth.noise);
   for (std::size_t i = 0; i < graph_.size(); ++i)
     registrations_[i].reason = graph_.exclusion(i);
   const bool completed = registerComponents(model);

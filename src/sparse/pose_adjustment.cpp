@@ -141,7 +141,7 @@ adjustPose(const ImageGraph& graph,
           pose.values, o.point.data(), model.calibration().values.data(), error.data()};
       addPixel(measurement, features, o.feature, parameters, options, equations);
       if (options.use_depth && features.hasDepth(o.feature))
-        addDepth(measurement, model.depthNoise(), features, o.feature, parameters, options, equations);
+        addDepth(measurement, graph.camera().depth_noise, features, o.feature, parameters, options, equations);
     }
     addDense(dense, pose, equations);
     if (depth_error)

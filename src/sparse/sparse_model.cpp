@@ -233,7 +233,7 @@ measuredPointInCamera(const ImageGraph& graph,
                                   (pixel.y() - camera.cy) / camera.fy,
                                   calibration,
                                   model.depthError(observation.image),
-                                  model.depthNoise());
+                                  graph.camera().depth_noise);
   const MeasurementModel measurement(camera, calibration.values, model.motion(observation.image));
   return measurement.unproject(pixel, z);
 }
@@ -264,7 +264,7 @@ agrees(const ImageGraph& graph,
   const double pixel_error = (measurement.pixel(in_camera, pixel.y()) - pixel).norm();
   const double depth_error = std::abs(
       measurement.depth(
-          in_camera, pixel, model.depthError(observation.image), model.depthNoise()) -
+          in_camera, pixel, model.depthError(observation.image), graph.camera().depth_noise) -
       features.depths[j]);
   return pixel_error < options.max_pixel_error * std::max(1.0f, features.pixel_sigmas[j]) &&
          depth_error < options.max_sigmas * features.depth_sigmas[j];

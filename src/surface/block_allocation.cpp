@@ -286,7 +286,7 @@ public:
       return 0;
     const Eigen::Array2i first = tileOf(seen.min()), last = tileOf(seen.max());
     const Eigen::Vector2f range = ranges_.over(first.x(), first.y(), last.x(), last.y());
-    const float reach = range.y() + static_cast<float>(reachBehind(options_, range.y()));
+    const float reach = range.y() + static_cast<float>(reachBehind(options_, camera_.depth_noise, range.y()));
     const bool reaches =
         reach > nearest && (free_space_matters || range.x() - options_.truncation < farthest);
     return reaches ? reach : 0;

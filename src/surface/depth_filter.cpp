@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "surface/depth_filter.h"
+#include "common/depth_sigma.h"
 #include "common/simd.h"
 
 #include <array>
@@ -48,8 +49,7 @@ struct PaddedImage {
 
 struct PassOptions {
   int spacing; ///< of the taps [px]
-  float sigmas;
-  float constant, quadratic, offset; ///< DepthNoise
+  DepthSigma reach; ///< where a neighbour belongs to another surface
 };
 
 void
@@ -74,11 +74,9 @@ smoothRow(const std::array<const float*, TAPS>& rows, int width, const PassOptio
     const Floats center = load<Floats>(rows[REACH] + x);
     const Ints known = center > 0;
     const Floats z = 1 / (known ? center : Floats{} + 1);
-    const Floats dz = z - options.offset;
     // sigma of 1/z is sigma / z^2
-    const Floats sigma = options.constant + options.quadratic * dz * dz;
     // At most the width at which a pixel without depth, 0 here, still has no weight.
-    const Floats inverse_width = larger(z * z / (options.sigmas * sigma), z);
+    const Floats inverse_width = larger(z * z / options.reach(z), z);
     Floats sum{}, weights{};
     for (int j = 0; j < TAPS; ++j)
       for (int i = 0; i < TAPS; ++i) {
@@ -131,11 +129,7 @@ smoothDepth(const cv::Mat& depth, const DepthNoise& noise, int radius, int num_t
   for (int y = 0; y < height; ++y)
     invertRow(depth.ptr<float>(y), width, from.row(y));
   for (int pass = 0; pass < passes; ++pass) {
-    const PassOptions options{1 << pass,
-                              SURFACE_SIGMAS[pass],
-                              float(noise.constant),
-                              float(noise.quadratic),
-                              float(noise.offset)};
+    const PassOptions options{1 << pass, DepthSigma(noise, SURFACE_SIGMAS[pass])};
     smoothOnce(from, width, height, options, num_threads, to);
     std::swap(from, to);
   }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "surface/depth_samples.h"
+#include "common/depth_edges.h"
 #include "common/simd.h"
 
 #include <algorithm>
@@ -19,10 +20,11 @@ struct RowInput {
   /** Depth around the current row, zeros outside the image. */
   const float* rows[2 * slope_radius + 1];
   int width;
-  float fx, fy, cx, y;               // y is that of the ray (x, y, 1)
-  float v_minus_cy;                  // [px]
-  float constant, quadratic, offset; // DepthNoise
-  float reference_variance;          // sigma(1 m)^2
+  float fx, fy, cx, y; // y is that of the ray (x, y, 1)
+  float v_minus_cy; // [px]
+  DepthSigma sigma;
+  DepthEdges edges;
+  float unit_variance; // of a depth of weight 1 [m^2]
 };
 
 void
@@ -83,14 +85,15 @@ edgeSupport(Floats z, Floats limit, const float* const rows[], int u)
 
 // Mask of the pixels with nothing but their own surface two pixels around.
 BUNDLE_ICP_INLINE Ints
-isInsideSurface(Floats z, Floats noise, Floats step, const float* const rows[], int u)
+isInsideSurface(const RowInput& in, Floats z, const float* const rows[], int u)
 {
   Ints inside = z > 0;
-  for (const int radius : {1, 2})
+  for (const int radius : {1, 2}) {
+    const Floats limit = in.edges.tolerance(z, float(radius));
     for (int y = -radius; y <= radius; y += radius)
       for (int x = -radius; x <= radius; x += radius)
-        inside &= magnitude(load<Floats>(rows[slope_radius + y] + u + x) - z) <
-                  noise + step * static_cast<float>(radius);
+        inside &= magnitude(load<Floats>(rows[slope_radius + y] + u + x) - z) < limit;
+  }
   return inside;
 }
 
@@ -100,21 +103,18 @@ weighEight(const RowInput& in, const float* const rows[], int at, int u, float* 
            std::uint32_t* color)
 {
   const Floats z = load<Floats>(rows[slope_radius] + at);
-  const Floats dz = z - in.offset;
-  const Floats sigma = in.constant + in.quadratic * dz * dz;
-  // Two measurements belong to one surface when noise and a slope of 76 degrees explain
-  // their difference; one that is missing, 0 here, to none.
-  const Floats noise = smaller(4.2f * sigma, 0.5f * z), step = z * (4 / in.fx);
-  const Floats cosine = viewingCosine(in, rows, z, noise + step * slope_radius, at, u);
-  const Floats support = edgeSupport(z, noise + step, rows, at);
+  const Floats sigma = in.sigma(z);
+  const Floats cosine =
+      viewingCosine(in, rows, z, in.edges.tolerance(z, float(slope_radius)), at, u);
+  const Floats support = edgeSupport(z, in.edges.tolerance(z), rows, at);
   const Floats weight =
-      in.reference_variance / (sigma * sigma) * cosine * support * support;
+      in.unit_variance / (sigma * sigma) * cosine * support * support;
   const Floats result = z > 0 ? weight : 0.0f;
   std::memcpy(weights + u, &result, sizeof(result));
   if (!color)
     return;
   const Words quality =
-      isInsideSurface(z, noise, step, rows, at) ? Words{} + best_quality : Words{} + 1;
+      isInsideSurface(in, z, rows, at) ? Words{} + best_quality : Words{} + 1;
   const Words graded =
       (load<Words>(color + u) & ((1u << quality_shift) - 1)) | quality << quality_shift;
   std::memcpy(color + u, &graded, sizeof(graded));
@@ -149,8 +149,7 @@ weightRow(const RowInput& in, float* weights, std::uint32_t* color)
 }
 
 RowInput
-rowInput(const DepthSamples& samples, int v, const float* zeros,
-         const DepthNoise& noise)
+rowInput(const DepthSamples& samples, int v, const float* zeros, double unit_sigma)
 {
   const CameraIntrinsics& camera = samples.camera;
   RowInput in;
@@ -166,11 +165,9 @@ rowInput(const DepthSamples& samples, int v, const float* zeros,
   in.cx = static_cast<float>(camera.cx);
   in.v_minus_cy = static_cast<float>(v - camera.cy);
   in.y = in.v_minus_cy / in.fy;
-  in.constant = static_cast<float>(noise.constant);
-  in.quadratic = static_cast<float>(noise.quadratic);
-  in.offset = static_cast<float>(noise.offset);
-  const double reference = noise.sigma(1.0);
-  in.reference_variance = static_cast<float>(reference * reference);
+  in.sigma = DepthSigma(camera.depth_noise);
+  in.edges = DepthEdges(camera);
+  in.unit_variance = static_cast<float>(unit_sigma * unit_sigma);
   return in;
 }
 
@@ -191,7 +188,7 @@ tileRange(const float* corner, int stride, int width, int height)
 } // namespace
 
 DepthSamples::DepthSamples(const RGBDFrame& frame, const CameraIntrinsics& frame_camera,
-                           const TSDFOptions& options, int num_threads)
+                           const TSDFOptions& options, double unit_sigma, int num_threads)
     : camera(frame_camera)
 {
   const int width = camera.width, height = camera.height;
@@ -216,7 +213,7 @@ DepthSamples::DepthSamples(const RGBDFrame& frame, const CameraIntrinsics& frame
     }
 #pragma omp for nowait
     for (int v = 0; v < height; ++v)
-      call<weightRow>(rowInput(*this, v, zeros.data(), options.noise),
+      call<weightRow>(rowInput(*this, v, zeros.data(), unit_sigma),
                       &weight[std::size_t(v) * width],
                       color.empty() ? nullptr : &color[std::size_t(v) * width]);
 #pragma omp for

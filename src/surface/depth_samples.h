@@ -29,8 +29,9 @@ struct DepthSamples {
   /** Smallest and largest depth per tile, row by row; (infinity, 0) = none. */
   std::vector<Eigen::Vector2f> depth_range;
 
+  /** \param unit_sigma standard deviation of a depth of weight 1 [m] */
   DepthSamples(const RGBDFrame& frame, const CameraIntrinsics& camera,
-               const TSDFOptions& options, int num_threads);
+               const TSDFOptions& options, double unit_sigma, int num_threads);
 };
 
 } // namespace bundle_icp

@@ -113,7 +113,7 @@ public:
   VertexWriter(const TSDFVolume::Impl& volume, float level, SurfaceMesh& mesh)
       : volume_(volume), level_(level), mesh_(mesh),
         metres_(volume.options.truncation / distance_scale),
-        sigma_(volume.options.noise.sigma(1.0) *
+        sigma_(volume.unit_sigma *
                std::sqrt(smoothedVariance(volume.options.smoothing_radius)))
   {
   }

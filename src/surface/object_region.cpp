@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "common/concatenate.h"
+#include "common/depth_edges.h"
 
 #include <bundle_icp/surface/object_region.h>
 
@@ -352,8 +353,7 @@ findObjectRegion(const std::vector<Cloud>& clouds,
 }
 
 Cloud
-samplePoints(const RGBDFrame& frame, const CameraIntrinsics& camera, int step,
-             const DepthNoise& noise)
+samplePoints(const RGBDFrame& frame, const CameraIntrinsics& camera, int step)
 {
   std::string error;
   if (step < 1)
@@ -365,14 +365,14 @@ samplePoints(const RGBDFrame& frame, const CameraIntrinsics& camera, int step,
       frame.depth.rows != camera.height)
     throw pcl::BadArgumentException(
         "samplePoints: depth must be CV_32FC1 in metres, of the camera's size");
+  const DepthEdges edges(camera);
   Cloud cloud;
   for (int v = step; v < frame.depth.rows - 1; v += step)
     for (int u = step; u < frame.depth.cols - 1; u += step) {
       const float z = frame.depth.at<float>(v, u);
       if (!(z > 0))
         continue;
-      // As in fusion: noise and a slope of 76 degrees
-      const double limit = 4.2 * noise.sigma(z) + 4 * z / camera.fx;
+      const float limit = edges.tolerance(z);
       const auto is_near = [&](int x, int y) {
         return std::abs(frame.depth.at<float>(y, x) - z) < limit;
       };

@@ -158,8 +158,6 @@ TSDFOptions::isValid(std::string* error) const
   std::string reason;
   if (region && !region->isValid(&reason))
     return fail(reason);
-  if (!noise.isValid(error))
-    return false;
   if (smoothing_radius < 0 || smoothing_radius > 10)
     return fail(concatenate("smoothing_radius ", smoothing_radius, " px; expected 0 to 10"));
   if (num_threads < 0)
@@ -194,8 +192,10 @@ TSDFVolume::integrate(const RGBDFrame& frame, const CameraIntrinsics& camera,
 
   RGBDFrame smooth = frame;
   if (options.smoothing_radius > 0)
-    smooth.depth = smoothDepth(frame.depth, options.noise, options.smoothing_radius, num_threads);
-  const DepthSamples samples(smooth, camera, options, num_threads);
+    smooth.depth = smoothDepth(frame.depth, camera.depth_noise, options.smoothing_radius, num_threads);
+  if (impl_->unit_sigma == 0)
+    impl_->unit_sigma = camera.depth_noise.sigma(1);
+  const DepthSamples samples(smooth, camera, options, impl_->unit_sigma, num_threads);
   for (const std::uint64_t key :
        findBandBlocks(samples, world_from_camera, options, num_threads))
     blocks.insert(key);

@@ -87,20 +87,12 @@ projectRow(const FusionView& view, const Positions& at, Row& row)
   }
 }
 
-template <typename Depth>
-BUNDLE_ICP_INLINE Depth
-noiseAt(const FusionView& view, Depth z)
-{
-  const Depth dz = z - view.offset;
-  return view.constant + view.quadratic * dz * dz;
-}
-
 // Share of its weight that a measurement has in a voxel; `ahead` is in truncations. See
 // reachBehind().
 BUNDLE_ICP_INLINE Floats
 shareBehind(const FusionView& view, Floats z, Floats ahead)
 {
-  const Floats margin = ahead * view.truncation + view.voxel_size + noiseAt(view, z);
+  const Floats margin = ahead * view.truncation + view.voxel_size + view.sigma(z);
   return smaller(Floats{} + 1, 1 + margin * (1 / (fall_off_voxels * view.voxel_size)));
 }
 
@@ -108,7 +100,7 @@ shareBehind(const FusionView& view, Floats z, Floats ahead)
 BUNDLE_ICP_INLINE float
 largestReach(const FusionView& view, float farthest)
 {
-  const float noise = std::max(noiseAt(view, view.min_depth), noiseAt(view, farthest));
+  const float noise = std::max(view.sigma(view.min_depth), view.sigma(farthest));
   const float behind = (1 + fall_off_voxels) * view.voxel_size + noise;
   return std::min(1.0f, behind * view.inverse_truncation);
 }
@@ -135,8 +127,7 @@ interpolateDepth(const FusionView& view, Row& row)
   gatherPairs(view.depth + view.width, row.pixel, d10, d11);
   const Floats low = smaller(smaller(d00, d01), smaller(d10, d11));
   const Floats high = larger(larger(d00, d01), larger(d10, d11));
-  const Floats limit = 4.2f * noiseAt(view, high) + high * (4 / view.fx);
-  const Ints one_surface = (low > 0) & (high - low < limit);
+  const Ints one_surface = (low > 0) & (high - low < view.edges.tolerance(high));
   const Floats fu = row.u - __builtin_convertvector(u0, Floats);
   const Floats fv = row.v - __builtin_convertvector(v0, Floats);
   const Floats zero{}, one = zero + 1;
@@ -349,7 +340,6 @@ makeFusionView(const DepthSamples& samples, const Eigen::Matrix3d& image_from_wo
     view.gain[channel] = correction.gain[channel];
   view.width = samples.camera.width;
   view.height = samples.camera.height;
-  view.fx = static_cast<float>(samples.camera.fx);
   for (int axis = 0; axis < 3; ++axis)
     for (int i = 0; i < 3; ++i)
       view.step[axis][i] = static_cast<float>(image_from_world(i, axis) * options.voxel_size);
@@ -357,9 +347,8 @@ makeFusionView(const DepthSamples& samples, const Eigen::Matrix3d& image_from_wo
   view.truncation = static_cast<float>(options.truncation);
   view.inverse_truncation = 1 / view.truncation;
   view.min_depth = static_cast<float>(options.min_depth);
-  view.constant = static_cast<float>(options.noise.constant);
-  view.quadratic = static_cast<float>(options.noise.quadratic);
-  view.offset = static_cast<float>(options.noise.offset);
+  view.sigma = DepthSigma(samples.camera.depth_noise);
+  view.edges = DepthEdges(samples.camera);
   return view;
 }
 
@@ -380,12 +369,12 @@ fuseVoxel(const FusionView& view, const float at[3], VoxelMean& voxel)
     const float* const lower = upper + view.width;
     const auto [low, high] = std::minmax({upper[0], upper[1], lower[0], lower[1]});
     const float fu = u - static_cast<float>(u0), fv = v - static_cast<float>(v0);
-    if (low > 0 && high - low < 4.2f * noiseAt(view, high) + high * (4 / view.fx))
+    if (low > 0 && high - low < view.edges.tolerance(high))
       D = (1 - fv) * ((1 - fu) * upper[0] + fu * upper[1]) +
           fv * ((1 - fu) * lower[0] + fu * lower[1]);
   }
   const float S = std::max(-1.0f, std::min(1.0f, (D - z) / mu));
-  const float behind = z - D - view.voxel_size - noiseAt(view, z);
+  const float behind = z - D - view.voxel_size - view.sigma(z);
   const float W = view.weight[nearest] *
                   std::min(1.0f, 1 - behind / (fall_off_voxels * view.voxel_size));
   if (!(W > 0))

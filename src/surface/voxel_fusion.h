@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #pragma once
 
+#include "common/depth_edges.h"
 #include "surface/depth_samples.h"
 #include "surface/voxel_blocks.h"
 
@@ -20,12 +21,12 @@ struct FusionView {
   float color_weight;         ///< of all of its colours
   float gain[3];              ///< blue, green, red: what the colours are multiplied by
   int width, height;
-  float fx;
   /** One voxel along x, y, z of the world, in the camera frame, times the camera matrix: its
    *  third coordinate is depth [m], the others are pixels times depth. */
   float step[3][3];
   float voxel_size, truncation, inverse_truncation, min_depth;
-  float constant, quadratic, offset; ///< DepthNoise
+  DepthSigma sigma;
+  DepthEdges edges;
 };
 
 /** Behind the surface the weight of a measurement falls to zero over so many voxels: enough for a
@@ -34,10 +35,10 @@ constexpr float fall_off_voxels = 4;
 
 /** How far behind a surface at depth z voxels take part [m]: in full for one voxel and the noise. */
 inline double
-reachBehind(const TSDFOptions& options, double z)
+reachBehind(const TSDFOptions& options, const DepthNoise& noise, double z)
 {
   return std::min(options.truncation,
-                  (1 + fall_off_voxels) * options.voxel_size + options.noise.sigma(z));
+                  (1 + fall_off_voxels) * options.voxel_size + noise.sigma(z));
 }
 
 /** The part of a block that lies in the volume's region, in the frame of that box. */

@@ -199,7 +199,6 @@ FrameToModelTracker::Impl::align(const Cloud::Ptr& source, const Pose& guess) co
   };
   BundleICP<pcl::PointXYZRGBNormal, pcl::PointXYZRGBNormal> icp;
   icp.setNumberOfThreads(options_.num_threads);
-  icp.setDepthNoise(options_.depth.noise);
   icp.setCameraIntrinsics(camera);
   icp.setInputSource(source);
   icp.setInputTarget(render(guess));

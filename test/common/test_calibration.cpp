@@ -127,7 +127,7 @@ TEST(CorrectedDepth, WithoutFaultsIsTheMeasuredOne)
   const CameraIntrinsics camera = smallCamera(40, 30, 30);
   const cv::Mat depth = numberedDepth(camera);
   const cv::Mat result =
-      correctedDepth(depth, camera, Calibration(), DepthError::Zero(), DepthNoise());
+      correctedDepth(depth, camera, Calibration(), DepthError::Zero());
   EXPECT_EQ(cv::norm(result, depth, cv::NORM_INF), 0);
   EXPECT_NE(result.data, depth.data); // the frame's own image stays as it is
 }
@@ -150,7 +150,7 @@ TEST(CorrectedDepth, OfAnImageUsesTheRaysOfTheCorrectedCamera)
   depth.at<float>(4, 7) = HOLE;
   const cv::Mat before = depth.clone();
   const cv::Mat result =
-      correctedDepth(depth, camera, calibration, error, DepthNoise());
+      correctedDepth(depth, camera, calibration, error);
   ASSERT_EQ(result.size(), depth.size());
   for (int v = 0; v < depth.rows; ++v)
     for (int u = 0; u < depth.cols; ++u)
@@ -172,7 +172,7 @@ TEST(CorrectedDepth, IsFoundAtTheShiftedPixel)
   cv::Mat depth = numberedDepth(camera);
   depth.at<float>(10, 20) = HOLE;
   const cv::Mat result =
-      correctedDepth(depth, camera, calibration, DepthError::Zero(), DepthNoise());
+      correctedDepth(depth, camera, calibration, DepthError::Zero());
   for (int v = 0; v < 30; ++v)
     for (int u = 0; u < 40; ++u) {
       const bool outside = u + 3 >= 40 || v - 2 < 0, hole = u + 3 == 20 && v - 2 == 10;
@@ -210,7 +210,7 @@ TEST(CorrectedFrame, RemovesRadialDistortionFromBothImages)
         frame.depth.at<float>(v, u) = 2;
       }
   const RGBDFrame result =
-      correctedFrame(frame, camera, calibration, DepthError::Zero(), DepthNoise());
+      correctedFrame(frame, camera, calibration, DepthError::Zero());
   EXPECT_EQ(result.id, 7u);
   EXPECT_EQ(result.timestamp, 1.5);
   Eigen::Vector2d by_color = Eigen::Vector2d::Zero(), by_depth = by_color;

@@ -17,6 +17,18 @@ TEST(DepthNoise, IsSmallestAtTheOffsetAndGrowsFromThere)
     EXPECT_LT(noise.sigma(z), noise.sigma(z + 0.1));
 }
 
+TEST(DepthNoise, KindsOfSensorsAreAsTheirSourcesSay)
+{
+  EXPECT_EQ(sensorName(*depthNoiseOf("kinect")), sensorName(DepthNoise()));
+  EXPECT_NEAR(depthNoiseOf("lidar")->sigma(1), 0.0025, 1e-5);
+  EXPECT_NEAR(depthNoiseOf("lidar")->sigma(9), 0.0155, 1e-5);
+  for (const double z : {0.5, 1.5, 4.0})
+    EXPECT_NEAR(depthNoiseOf("tof")->sigma(z), 1e-3 * (1.5 - 0.5 * z + 0.3 * z * z), 1e-5);
+  EXPECT_NEAR(depthNoiseOf("d400")->quadratic, 0.08 / (425 * 0.05), 2e-4);
+  EXPECT_FALSE(depthNoiseOf("Kinect"));
+  EXPECT_EQ(sensorName({0.1, 0, 0}), "custom");
+}
+
 TEST(DepthNoise, RefusesWhatIsNoStandardDeviation)
 {
   EXPECT_TRUE(DepthNoise().isValid());

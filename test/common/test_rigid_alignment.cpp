@@ -45,7 +45,7 @@ makePairs(std::size_t count, std::size_t outliers, double sigma)
     if (sigma > 0)
       for (int k = 0; k < 3; ++k)
         pair.target[k] += normal(random);
-    pair.variance = SIGMA * SIGMA;
+    pair.weight = 1 / (SIGMA * SIGMA);
     pairs.push_back(pair);
   }
   return pairs;
@@ -55,7 +55,7 @@ makePairs(std::size_t count, std::size_t outliers, double sigma)
 
 TEST(RigidAlignment, IsExactOnExactPairs)
 {
-  const Pose pose = rigidAlignment(makePairs(10, 0, 0));
+  const Pose pose = *rigidAlignment(makePairs(10, 0, 0));
   EXPECT_LT((pose.matrix() - motion().matrix()).norm(), 1e-12);
 }
 
@@ -67,20 +67,20 @@ TEST(RigidAlignment, NeverMirrors)
     pair.source.z() = 0;
     pair.target = motion() * pair.source;
   }
-  const Pose pose = rigidAlignment(pairs);
+  const Pose pose = *rigidAlignment(pairs);
   EXPECT_NEAR(pose.linear().determinant(), 1, 1e-12);
   EXPECT_LT((pose.matrix() - motion().matrix()).norm(), 1e-12);
 }
 
-TEST(RigidAlignment, FactorsAndVariancesWeighPairs)
+TEST(RigidAlignment, IsWeighted)
 {
   std::vector<PointPair> pairs = makePairs(12, 2, 0);
-  std::vector<double> factors(12, 1);
-  factors[0] = factors[1] = 0;
-  EXPECT_LT((rigidAlignment(pairs, factors).matrix() - motion().matrix()).norm(),
+  std::vector<double> weights(12, 1);
+  weights[0] = weights[1] = 0;
+  EXPECT_LT((rigidAlignment(pairs, weights)->matrix() - motion().matrix()).norm(),
             1e-12);
-  pairs[0].variance = pairs[1].variance = 1e9;
-  EXPECT_LT((rigidAlignment(pairs).matrix() - motion().matrix()).norm(), 1e-9);
+  pairs[0].weight = pairs[1].weight = 1e-9;
+  EXPECT_LT((rigidAlignment(pairs)->matrix() - motion().matrix()).norm(), 1e-9);
 }
 
 TEST(RobustRigidAlignment, FindsTheMotionAmongSixtyPercentOutliers)
@@ -90,7 +90,6 @@ TEST(RobustRigidAlignment, FindsTheMotionAmongSixtyPercentOutliers)
   const Pose error = result.target_from_source * motion().inverse();
   EXPECT_LT(error.translation().norm(), 0.004);
   EXPECT_LT(rotationAngle(error), 0.003);
-  EXPECT_NEAR(result.rmse, 1, 0.2);
   ASSERT_GE(result.inliers.size(), 72u); // 3.5 sigma of three coordinates: 99.3 % of 80
   EXPECT_TRUE(std::is_sorted(result.inliers.begin(), result.inliers.end()));
   EXPECT_GE(result.inliers.front(), 120u);
@@ -157,12 +156,9 @@ TEST(RobustRigidAlignment, RefusesInvalidOptions)
   options.inlier_sigmas = 0;
   EXPECT_CONTAINS(message(options), "robustRigidAlignment: inlier_sigmas must be > 0");
   options = {};
-  options.max_iterations = 0;
-  EXPECT_CONTAINS(message(options), "max_iterations must be >= 1");
+  options.max_samples = 0;
+  EXPECT_CONTAINS(message(options), "max_samples must be >= 1");
   options = {};
   options.confidence = 1;
   EXPECT_CONTAINS(message(options), "confidence must lie in (0, 1)");
-  options = {};
-  options.refinements = -1;
-  EXPECT_CONTAINS(message(options), "refinements must be >= 0");
 }

@@ -14,7 +14,7 @@ const std::map<std::string, std::vector<std::string>> options_of = {
     {"benchmark",
      {"SCAN...", "-o [ --output ]", "--methods", "--ablations", "--keep",
       "--blur-fraction", "--seed", "--stride", "--max-frames", "--shuffle",
-      "--intrinsics", "--depth-scale", "--threads", "-q [ --quiet ]", "[m]", "[px]"}},
+      "--intrinsics", "--depth-scale", "--sensor", "--threads", "-q [ --quiet ]", "[m]", "[px]"}},
     {"reconstruct",
      {"SCAN",
       "-o [ --output ]",

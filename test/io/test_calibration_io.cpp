@@ -151,3 +151,20 @@ TEST_F(CalibrationFile, NamesThePlaceThatCannotBeWritten)
                   }),
                   "absent/c.json");
 }
+
+TEST_F(CalibrationFile, DepthNoiseComesFromANameOrAFile)
+{
+  EXPECT_EQ(sensorName(readDepthNoise("tof")), "tof");
+  const auto failure = [&](const char* text) {
+    writeText(path, text);
+    return messageOf<pcl::IOException>([&] { readDepthNoise(path); });
+  };
+  writeText(path, R"({"constant": 0.002, "quadratic": 0.001, "offset": 0.5})");
+  EXPECT_NEAR(readDepthNoise(path).sigma(1.5), 0.003, 1e-15);
+  EXPECT_CONTAINS(failure("[1]"), "c.json: is not a JSON object");
+  EXPECT_CONTAINS(failure(R"({"constant": 0.002, "offset": 0})"), "c.json: quadratic is missing");
+  EXPECT_CONTAINS(failure(R"({"constant": 0, "quadratic": 0, "offset": 0})"),
+                  "c.json: depth noise needs a finite constant > 0 m");
+  EXPECT_CONTAINS(messageOf<pcl::IOException>([] { readDepthNoise("Kinect"); }),
+                  "Kinect: no such file, and no sensor of that name; known are kinect, d400");
+}

@@ -448,8 +448,8 @@ TEST(BundleICP, SettersRefuseNonsense)
   EXPECT_THROW(reg.setVirtualDepthPose(scaled), pcl::BadArgumentException);
   EXPECT_THROW(reg.setVisualCorrespondences({Eigen::Vector3d::Zero()}, {}, {}),
                pcl::BadArgumentException);
-  DepthNoise noise;
-  noise.constant = -1;
-  EXPECT_THROW(reg.setDepthNoise(noise), pcl::BadArgumentException);
+  CameraIntrinsics camera = room().camera();
+  camera.depth_noise.constant = -1;
+  EXPECT_THROW(reg.setCameraIntrinsics(camera), pcl::BadArgumentException);
   EXPECT_THROW(reg.setNumberOfThreads(-1), pcl::BadArgumentException);
 }

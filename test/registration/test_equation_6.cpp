@@ -112,6 +112,7 @@ TEST(Equation6, RowsHoldTheSumOfEachPixel)
                              pose.linear().cast<float>(),
                              pose.translation().cast<float>()});
   }
+  const DepthSigma reach(camera.depth_noise, options.merge_sigmas * std::sqrt(2.0));
   forEachVariant([&] {
     VirtualDepth out = renderVirtualDepth({}, camera, Pose::Identity());
     mergeViews(contributions, options, out);
@@ -121,7 +122,7 @@ TEST(Equation6, RowsHoldTheSumOfEachPixel)
         std::vector<ViewTerm> terms;
         for (const Contribution& from : contributions)
           terms.push_back(viewTerm(from, camera, u, v));
-        const ViewTerm expected = virtualDepthAt(terms, options);
+        const ViewTerm expected = virtualDepthAt(terms, reach);
         const float D = out.depth.at<float>(v, u),
                     variance = out.variance.at<float>(v, u);
         const cv::Vec3f n = out.normals.at<cv::Vec3f>(v, u);

@@ -119,11 +119,10 @@ TEST(DepthView, NormalsAtThreeMetresSurviveTheNoise)
 
 TEST(DepthView, WeightFollowsTheNoiseModel)
 {
-  const VirtualDepthOptions options;
   for (const double z : {0.6, 1.5, 3.0}) {
     const DepthView view =
         makeDepthView(planeDepth(smallCamera(), {0, 0, 1}, z), smallCamera());
-    const double expected = 1 / std::pow(options.noise.sigma(z), 2);
+    const double expected = 1 / std::pow(DepthNoise().sigma(z), 2);
     EXPECT_NEAR(view.weight.at<float>(60, 80) / expected, 1, 0.01) << z;
   }
 }
@@ -415,8 +414,6 @@ TEST(VirtualDepth, WithoutViewsShowsNothing)
 TEST(VirtualDepthOptions, EveryFieldIsChecked)
 {
   const std::vector<std::function<void(VirtualDepthOptions&)>> faults = {
-      [](auto& o) { o.noise.constant = 0; },
-      [](auto& o) { o.edge_sigmas = 0; },
       [](auto& o) { o.edge_distance = -1; },
       [](auto& o) { o.max_view_angle = 90; },
       [](auto& o) { o.merge_sigmas = std::nan(""); },

@@ -113,4 +113,7 @@ TEST(VisualPose, RefusesFaultyListsNamingTheFault)
   VisualPoseOptions options;
   options.min_inliers = 2;
   EXPECT_THROW(estimateVisualPose({}, options), pcl::BadArgumentException);
+  options = {};
+  options.alignment.max_samples = 0;
+  EXPECT_THROW(estimateVisualPose({}, options), pcl::BadArgumentException);
 }

@@ -195,7 +195,7 @@ struct NoisyScene : Scene {
                                        point,
                                        calibration.data());
         ceres_problem.AddResidualBlock(
-            new DepthResidual(measurement, model.depthNoise(), features, o.feature),
+            new DepthResidual(measurement, graph.camera().depth_noise, features, o.feature),
             new ceres::CauchyLoss(options.loss_scale),
             pose,
             point,

@@ -91,7 +91,7 @@ largestErrors(const SparseModel& model, const std::vector<Pose>& truth, int comp
           k < 3 ? Eigen::Vector3d(Eigen::Vector3d::Unit(k)) : Eigen::Vector3d::Zero();
       pairs.push_back({model.worldFromCamera(i) * point, truth[i] * point});
     }
-  const Pose aligned = rigidAlignment(pairs);
+  const Pose aligned = *rigidAlignment(pairs);
   PoseErrors errors;
   for (const std::size_t i : model.registeredImages(component)) {
     const Pose error = truth[i].inverse() * aligned * model.worldFromCamera(i);

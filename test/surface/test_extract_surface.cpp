@@ -146,9 +146,10 @@ TEST(ExtractSurface, NoiseTearsNoHolesIntoTheInside)
   TSDFOptions options;
   options.voxel_size = 0.004;
   options.truncation = 0.1;
-  options.noise.constant = 0.02;
+  CameraIntrinsics camera = smallCamera();
+  camera.depth_noise.constant = 0.02;
   TSDFVolume volume(options);
-  volume.integrate(frame, smallCamera(), Pose::Identity());
+  volume.integrate(frame, camera, Pose::Identity());
   const SurfaceMesh mesh = extractSurface(volume, everything());
   ASSERT_GT(mesh.triangles.size(), 10000u);
   EXPECT_EQ(numDistinctVertices(mesh), mesh.vertices.size());
@@ -246,7 +247,7 @@ normalisedError(int smoothing, int frames, double slant, double offset)
     for (int v = 0; v < camera.height; ++v)
       for (int u = 0; u < camera.width; ++u) {
         float& z = frame.depth.at<float>(v, u);
-        z += float(options.noise.sigma(z)) * (noise(random) + shared.at<float>(v / 3, u / 3));
+        z += float(camera.depth_noise.sigma(z)) * (noise(random) + shared.at<float>(v / 3, u / 3));
       }
     volume.integrate(frame, camera, pose);
   }

@@ -312,9 +312,6 @@ TEST(TSDFVolume, RefusesBadOptions)
       Eigen::AlignedBox3d(Eigen::Vector3d(0, 0, 1), Eigen::Vector3d(1, 1, 0));
   EXPECT_CONTAINS(refusal(options), "region");
   options = {};
-  options.noise.constant = 0;
-  EXPECT_CONTAINS(refusal(options), "depth noise");
-  options = {};
   options.num_threads = -1;
   EXPECT_CONTAINS(refusal(options), "num_threads -1");
   options = {};

@@ -109,8 +109,7 @@ BUNDLE_ICP_EXPORT cv::Mat
 correctedDepth(const cv::Mat& depth,
                const CameraIntrinsics& camera,
                const Calibration& calibration,
-               const DepthError& error,
-               const DepthNoise& noise);
+               const DepthError& error);
 
 /** A frame as an error-free camera `calibration.corrected(camera)` had taken it, but for the times at
  *  which rows and depth were exposed. */
@@ -118,7 +117,6 @@ BUNDLE_ICP_EXPORT RGBDFrame
 correctedFrame(const RGBDFrame& frame,
                const CameraIntrinsics& camera,
                const Calibration& calibration,
-               const DepthError& error,
-               const DepthNoise& noise);
+               const DepthError& error);
 
 } // namespace bundle_icp

@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #pragma once
 
+#include <bundle_icp/common/depth_noise.h>
 #include <bundle_icp/export.h>
 
 #include <Eigen/Core>
@@ -22,6 +23,8 @@ struct BUNDLE_ICP_EXPORT CameraIntrinsics {
   double cy = 0;  ///< principal point y [px]
   /** Radial (k) and tangential (p) distortion of the recorded images; 0 once undistorted. */
   double k1 = 0, k2 = 0, p1 = 0, p2 = 0, k3 = 0;
+  /** Of its depth images. Every step of a run takes it from the camera that it is given. */
+  DepthNoise depth_noise;
 
   /** Pixel of a point in the camera frame (z > 0), without distortion. */
   Eigen::Vector2d
@@ -61,7 +64,8 @@ struct BUNDLE_ICP_EXPORT CameraIntrinsics {
   undistorted() const;
 
   /** Checks that the numbers can belong to a camera: finite, sizes and focal lengths positive,
-   *  a field of view between 5 and 160 degrees, the principal point inside the image. */
+   *  a field of view between 5 and 160 degrees, the principal point inside the image,
+   *  a valid depth_noise. */
   bool
   isValid(std::string* error = nullptr) const;
 };

@@ -5,6 +5,7 @@
 #include <bundle_icp/common/pose.h>
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,19 +15,17 @@ namespace bundle_icp {
 struct PointPair {
   Eigen::Vector3d source; ///< [m], source frame
   Eigen::Vector3d target; ///< [m], target frame
-  double variance = 1;    ///< of one coordinate of the difference [m^2]
+  double weight = 1;      ///< 1 / variance of one coordinate of the difference [1/m^2], > 0
 };
 
 /** How robustRigidAlignment() looks for the motion. */
 struct BUNDLE_ICP_EXPORT RigidAlignmentOptions {
-  /** Pairs whose distance is below this many standard deviations are inliers. */
+  /** Pairs whose distance is at most this many of their standard deviations are inliers. */
   double inlier_sigmas = 3.5;
   /** At most so many random samples of three pairs. */
-  int max_iterations = 500;
+  int max_samples = 500;
   /** Samples are drawn until an all-inlier one was among them with this probability. */
-  double confidence = 0.9999;
-  /** Iteratively reweighted least squares steps after the best sample. */
-  int refinements = 5;
+  double confidence = 0.999;
   std::uint64_t seed = 0;
 
   bool
@@ -35,20 +34,21 @@ struct BUNDLE_ICP_EXPORT RigidAlignmentOptions {
 
 /** Result of robustRigidAlignment(). */
 struct RigidAlignment {
-  bool success = false;                      ///< at least three inliers not on one line
+  bool success = false; ///< at least three inliers, farther from a line than their errors are large
   Pose target_from_source = Pose::Identity();
-  std::vector<std::size_t> inliers;          ///< ascending indices of pairs
-  double rmse = 0;                           ///< of the inliers, in standard deviations per coordinate
+  std::vector<std::size_t> inliers; ///< ascending indices of pairs
 };
 
 /** The motion that minimises the weighted sum of squared distances (Horn 1987; Umeyama 1991
- *  without scale). Weights are 1 / variance times `factors` when given. */
-BUNDLE_ICP_EXPORT Pose
-rigidAlignment(const std::vector<PointPair>& pairs, const std::vector<double>& factors = {});
+ *  without scale); unset when the points lie on a line.
+ *  \param weights in place of those of the pairs, when given */
+BUNDLE_ICP_EXPORT std::optional<Pose>
+rigidAlignment(const std::vector<PointPair>& pairs, const std::vector<double>& weights = {});
 
 /** The motion that most pairs agree on: RANSAC over samples of three, scored by a truncated
- *  quadratic cost (MSAC), then reweighted least squares over the inliers. The result depends
- *  on nothing but the arguments. */
+ *  quadratic cost (MSAC), then least squares with Tukey's biweight. The result depends on nothing
+ *  but the arguments.
+ *  \throws pcl::BadArgumentException for invalid options. */
 BUNDLE_ICP_EXPORT RigidAlignment
 robustRigidAlignment(const std::vector<PointPair>& pairs,
                      const RigidAlignmentOptions& options = {});

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <bundle_icp/common/camera_intrinsics.h>
-#include <bundle_icp/common/depth_noise.h>
 #include <bundle_icp/common/rgbd_frame.h>
 
 #include <Eigen/Core>
@@ -26,13 +25,11 @@ struct BUNDLE_ICP_EXPORT FeatureOptions {
    *  less where the shorter side would fall below 240 px. The pixels of a consumer camera hold
    *  little at their own scale: 2 takes a third of the time of 1, and poses are more accurate. */
   int image_reduction = 2;
-  /** Half size of the window from which a keypoint's depth is taken [px]. */
+  /** Half size of the window from which a keypoint's depth is taken [px]; none where it holds a depth
+   *  edge. */
   int depth_radius = 3;
-  /** A step of more than this many sigma inside the window is a depth edge: no depth. */
-  double edge_sigmas = 8;
   /** Standard deviation of a keypoint's position at the finest scale [px]. */
   double pixel_sigma = 0.7;
-  DepthNoise noise;
 
   bool
   isValid(std::string* error = nullptr) const;

@@ -25,4 +25,12 @@ writeCalibration(const std::string& path, const Calibration& calibration,
 BUNDLE_ICP_EXPORT Calibration
 readCalibration(const std::string& path, const CameraIntrinsics& camera);
 
+/** The depth noise of a sensor.
+ *  \param sensor a name that depthNoiseOf() knows, or a JSON file such as
+ *         {"constant": 0.0012, "quadratic": 0.0019, "offset": 0.4}, the members of DepthNoise
+ *  \throws pcl::IOException naming file and reason: neither a name nor a file, no JSON, a
+ *          number missing or impossible. */
+BUNDLE_ICP_EXPORT DepthNoise
+readDepthNoise(const std::string& sensor);
+
 } // namespace bundle_icp

@@ -19,6 +19,8 @@ struct BUNDLE_ICP_EXPORT DatasetOptions {
   /** Intrinsics of the recorded images, distortion included, instead of those of the
    * format; width and height may be 0: then those of the images. */
   std::optional<CameraIntrinsics> intrinsics;
+  /** Of the depth images, instead of that of the intrinsics, which unless set is the Kinect's. */
+  std::optional<DepthNoise> depth_noise;
   /** Units of the depth images per metre, instead of that of the format (TUM 5000,
    * 7-Scenes and Open3D 1000). */
   std::optional<double> depth_scale;

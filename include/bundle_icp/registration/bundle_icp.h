@@ -92,11 +92,6 @@ public:
   void
   setVirtualDepthRenderer(const VirtualDepthRenderer& render);
 
-  /** Depth noise of the source, for projective association.
-   *  \throws pcl::BadArgumentException when invalid. */
-  void
-  setDepthNoise(const DepthNoise& noise);
-
   /** How far the surfaces may lie apart under the guess of align() [m], 0.3 until set. Less is
    * faster: below 0.03 projective association starts on its fine levels. A pose from visual
    * correspondences counts as within 0.03 m; without a camera it has no effect.

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <bundle_icp/common/camera_intrinsics.h>
-#include <bundle_icp/common/depth_noise.h>
 #include <bundle_icp/registration/visual_pose.h>
 
 #include <pcl/point_cloud.h>
@@ -103,7 +102,6 @@ struct AlignmentProblem {
    * its robust fit. */
   VisualCorrespondences visual;
   double visual_scale = 1;
-  DepthNoise noise;
 
   /** How far the surfaces may lie apart under the guess [m]: the coarse levels of projective
    * association allow for 0.03, 0.1 and 0.3 m, as far as that is within it. */

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <bundle_icp/common/camera_intrinsics.h>
-#include <bundle_icp/common/depth_noise.h>
 #include <bundle_icp/common/pose.h>
 
 #include <opencv2/core/mat.hpp>
@@ -27,9 +26,6 @@ struct DepthView {
 
 /** How makeDepthView() and renderVirtualDepth() work. */
 struct BUNDLE_ICP_EXPORT VirtualDepthOptions {
-  DepthNoise noise;
-  /** A depth step larger than this many sigma between neighbours is an edge. */
-  double edge_sigmas = 6;
   /** Pixels nearer to an edge than this weigh less, linearly to 0 at the edge [px]. */
   double edge_distance = 3;
   /** Surfaces steeper than this to the ray do not take part [degrees]. */

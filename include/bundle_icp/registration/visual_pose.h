@@ -3,9 +3,9 @@
 #pragma once
 
 #include <bundle_icp/common/pose.h>
+#include <bundle_icp/common/rigid_alignment.h>
 
 #include <cstddef>
-#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -22,16 +22,10 @@ struct VisualCorrespondences {
 
 /** How estimateVisualPose() works. */
 struct BUNDLE_ICP_EXPORT VisualPoseOptions {
-  /** A correspondence supports a pose when it fits within this many of its own sigma;
-   * wide, as the weights rarely know of every error. */
-  double inlier_sigmas = 4;
+  /** Its inliers support the pose; wide, as the weights rarely know of every error. */
+  RigidAlignmentOptions alignment{4, 2000, 0.999, 0};
   /** Fewer supporting correspondences than this are no evidence of a pose. */
   std::size_t min_inliers = 6;
-  /** Samples of three that RANSAC draws at most; it stops early once it is 99.9 % sure.
-   */
-  int max_samples = 2000;
-  /** Seed of the samples. */
-  std::uint64_t seed = 0;
 
   bool
   isValid(std::string* error = nullptr) const;
@@ -40,7 +34,7 @@ struct BUNDLE_ICP_EXPORT VisualPoseOptions {
 /** A pose and what supports it. */
 struct VisualPose {
   Pose world_from_source = Pose::Identity();
-  std::size_t inliers = 0; ///< correspondences within inlier_sigmas
+  std::size_t inliers = 0; ///< correspondences that support it
   double rmse = 0;         ///< distance of the inliers [m]
   /** Observed over expected standard deviation of the inliers, at least 1: by this
    * factor the weights are too optimistic. */
@@ -48,8 +42,7 @@ struct VisualPose {
 };
 
 /** The initial pose T*_new of Algorithm 1, line 2: robust least squares over the
- * distances of all correspondences, by RANSAC over 3-point samples and reweighted least
- * squares. Unset when there are fewer than min_inliers, or no consensus. \throws
+ * distances of all correspondences, see robustRigidAlignment(). Unset when there are fewer than min_inliers, or no consensus. \throws
  * pcl::BadArgumentException when the lists differ in length, a value is not finite or
  *  a weight is not positive. */
 BUNDLE_ICP_EXPORT std::optional<VisualPose>

@@ -94,20 +94,7 @@ public:
     calibration_ = calibration;
   }
 
-  /** Unit of the images' DepthError. */
-  const DepthNoise&
-  depthNoise() const
-  {
-    return depth_noise_;
-  }
-
-  void
-  setDepthNoise(const DepthNoise& noise)
-  {
-    depth_noise_ = noise;
-  }
-
-  /** Error that all of an image's depth shares. */
+  /** Error that all of an image's depth shares, in units of the camera's depth_noise. */
   const DepthError&
   depthError(std::size_t image) const
   {
@@ -227,7 +214,6 @@ private:
   std::vector<Image> images_;
   std::vector<ScenePoint> points_;
   Calibration calibration_;
-  DepthNoise depth_noise_;
 };
 
 /** Measured point of an observation in the camera frame, by motion and calibration [m]. */

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <bundle_icp/common/camera_intrinsics.h>
-#include <bundle_icp/common/depth_noise.h>
 #include <bundle_icp/common/oriented_box.h>
 #include <bundle_icp/common/rgbd_frame.h>
 
@@ -68,9 +67,8 @@ findObjectRegion(const std::vector<pcl::PointCloud<pcl::PointXYZ>>& clouds,
                  const ObjectRegionOptions& options = {});
 
 /** Points of every `step`-th pixel of every `step`-th row that has depth, but for those at
- *  depth edges, which `noise` tells from slopes, in the camera frame [m]. */
+ *  depth edges, in the camera frame [m]. */
 BUNDLE_ICP_EXPORT pcl::PointCloud<pcl::PointXYZ>
-samplePoints(const RGBDFrame& frame, const CameraIntrinsics& camera, int step = 6,
-             const DepthNoise& noise = {});
+samplePoints(const RGBDFrame& frame, const CameraIntrinsics& camera, int step = 6);
 
 } // namespace bundle_icp

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <bundle_icp/common/camera_intrinsics.h>
-#include <bundle_icp/common/depth_noise.h>
 #include <bundle_icp/common/oriented_box.h>
 #include <bundle_icp/common/pose.h>
 #include <bundle_icp/common/rgbd_frame.h>
@@ -28,8 +27,6 @@ struct BUNDLE_ICP_EXPORT TSDFOptions {
    *  surface ends within a voxel of its faces; memory is taken only for blocks of 8^3
    *  voxels that reach into it. */
   std::optional<OrientedBox> region;
-  DepthNoise
-      noise; ///< gives each measurement its weight, and depth edges their threshold
   /** Depth images are smoothed within surfaces before they are fused, over a window of this
    *  half size [px], 0 to 10, rounded up to 2, 6 or 14; 0 = not. Far surfaces gain most; steps
    *  that the noise of one image hides are lost, which all images together would show. */
@@ -63,8 +60,8 @@ struct BUNDLE_ICP_EXPORT ColorCorrection {
  *  camera's side). Depth and colour are interpolated between the pixels of one surface,
  *  not across depth edges.
  *
- *  Weights are 1 for a frontal measurement at 1 m and follow 1 / sigma(z)^2, the
- *  viewing angle and the distance to the depth edge. Colours from within two pixels of a
+ *  Weights are 1 for a frontal measurement of the first frame's camera at 1 m and follow
+ *  1 / sigma(z)^2 of each frame's camera, the viewing angle and the distance to the depth edge. Colours from within two pixels of a
  *  depth edge hardly count. Behind the surface a measurement counts in full as far as the grid
  *  and noise can displace it, by a voxel and sigma(z), and not at all four voxels farther, or
  *  mu: what lies there was not seen, and must not weigh against those who saw free

@@ -189,16 +189,6 @@ BundleICP<PointSource, PointTarget, Scalar>::setVirtualDepthRenderer(
 
 template <typename PointSource, typename PointTarget, typename Scalar>
 void
-BundleICP<PointSource, PointTarget, Scalar>::setDepthNoise(const DepthNoise& noise)
-{
-  std::string error;
-  if (!noise.isValid(&error))
-    throw pcl::BadArgumentException("BundleICP::setDepthNoise: " + error);
-  settings_.noise = noise;
-}
-
-template <typename PointSource, typename PointTarget, typename Scalar>
-void
 BundleICP<PointSource, PointTarget, Scalar>::setMaxMisalignment(double distance)
 {
   if (!(distance >= 0 && std::isfinite(distance)))
