@@ -38,8 +38,16 @@ struct BundleAdjustmentProblem {
   bool hold_back = false;
 };
 
+/** What solves an adjustment: both move to the same minimum of the same cost. */
+enum class AdjustmentSolver {
+  AUTO,  ///< the faster one, which is SCHUR
+  CERES, ///< Ceres Solver
+  SCHUR, ///< the library's own, which eliminates points in parallel
+};
+
 /** How an adjustment is solved. */
 struct BUNDLE_ICP_EXPORT BundleAdjustmentOptions {
+  AdjustmentSolver solver = AdjustmentSolver::AUTO;
   int max_iterations = 30;
   /** Scale of the Cauchy loss on residuals, each over its own sigma. */
   double loss_scale = 2;
@@ -49,8 +57,8 @@ struct BUNDLE_ICP_EXPORT BundleAdjustmentOptions {
   bool use_depth = true;
   /** Prior standard deviation of each number of a DepthError [sigma of DepthNoise]. */
   double depth_error_deviation = 2;
-  /** Threads to use, 0 = all; the result does not depend on it. The BLAS under CHOLMOD, which
-   *  factorises what is left of large models, has threads of its own. */
+  /** Threads to use, 0 = all; the result does not depend on it. Ceres works with one whatever is said here:
+   *  with more it adds up in the order in which they come. */
   int num_threads = 0;
 
   bool
