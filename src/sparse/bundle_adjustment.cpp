@@ -159,7 +159,9 @@ CeresProblem::solve(const BundleAdjustmentOptions& options)
 /** The library's own solver. */
 template <int SIZE>
 LeastSquaresResult
-solveBySchur(const AdjustmentTerms& terms, const BundleAdjustmentOptions& options, AdjustmentState& state)
+solveBySchur(const AdjustmentTerms& terms,
+             const BundleAdjustmentOptions& options,
+             AdjustmentState& state)
 {
   ReducedSystem<SIZE> system(terms, options.num_threads);
   return minimise(system, options.max_iterations, options.function_tolerance, state);
