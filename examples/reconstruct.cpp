@@ -27,7 +27,7 @@ using namespace bundle_icp;
 namespace {
 
 struct Arguments {
-  std::string scan, output, method, device = "auto";
+  std::string scan, output, method, solver, device = "auto";
   DatasetOptions dataset;
   CalibrationArguments calibration;
   ReconstructionOptions reconstruction;
@@ -142,6 +142,10 @@ describe(Arguments& arguments)
           ->value_name("N")
           ->default_value(options.features.max_features),
       "SIFT features per frame")(
+      "solver",
+      po::value(&arguments.solver)->value_name("NAME")->default_value("auto"),
+      "what solves bundle adjustments: ceres (Ceres Solver, one thread), schur (the library's own), or "
+      "auto, which takes the faster one")(
       "threads", po::value(&options.num_threads)->value_name("N")->default_value(0), "0 = all")(
       "device",
       po::value(&arguments.device)->value_name("NAME")->default_value("auto"),
@@ -193,6 +197,13 @@ applyValues(const po::variables_map& values, Arguments& arguments)
   arguments.reconstruction.method = *method;
   if (!arguments.calibration.file.empty() && *method != ReconstructionMethod::BUNDLE_ICP)
     throw UsageError("--calibration: only the method bundle_icp applies it");
+  const std::map<std::string, AdjustmentSolver> solvers{{"auto", AdjustmentSolver::AUTO},
+                                                        {"ceres", AdjustmentSolver::CERES},
+                                                        {"schur", AdjustmentSolver::SCHUR}};
+  const auto solver = solvers.find(arguments.solver);
+  if (solver == solvers.end())
+    throw UsageError("--solver " + arguments.solver + ": known are auto, ceres and schur");
+  arguments.reconstruction.mapper.adjustment.solver = solver->second;
   if (arguments.device != "cpu" && arguments.device != "auto")
     throw UsageError("--device " + arguments.device + ": known are cpu and auto");
   std::string error;

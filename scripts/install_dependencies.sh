@@ -7,7 +7,7 @@ set -euo pipefail
 
 packages=(
   build-essential cmake ninja-build ccache
-  libpcl-dev libopencv-dev libceres-dev libsuitesparse-dev libopenblas0-pthread
+  libpcl-dev libopencv-dev libceres-dev
   libflann-dev libeigen3-dev
   libboost-dev libboost-filesystem-dev libboost-program-options-dev
   nlohmann-json3-dev liblz4-dev

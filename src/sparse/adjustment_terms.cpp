@@ -97,9 +97,11 @@ AdjustmentTerms::addObservations(const BundleAdjustmentProblem& problem, const S
     first_observation.push_back(observations.size());
     for (const Observation& o : track)
       observations.push_back({index[o.image],
-                              o.feature,
                               int(points.size()),
-                              options_.use_depth && graph_.features(o.image).hasDepth(o.feature)});
+                              {images[std::size_t(index[o.image])].measurement,
+                               graph_.features(o.image),
+                               o.feature,
+                               options_.use_depth ? &graph_.camera().depth_noise : nullptr}});
     points.push_back(p);
   }
   first_observation.push_back(observations.size());
@@ -142,19 +144,7 @@ AdjustmentTerms::cost(const AdjustmentState& state, int num_threads) const
     const auto [first, end] = pointsOf(chunk);
     for (std::size_t k = first_observation[first]; k < first_observation[end]; ++k) {
       const AdjustedObservation& o = observations[k];
-      const AdjustedImage& image = images[std::size_t(o.image)];
-      const Features& features = graph_.features(image.image);
-      const auto blocks = parameterBlocks(o, state);
-      Eigen::Vector2d pixel;
-      PixelResidual(image.measurement, features, o.feature)
-          .Evaluate(blocks.data(), pixel.data(), nullptr);
-      slots[chunk] += robustCost(pixel.squaredNorm(), options_.loss_scale);
-      if (!o.has_depth)
-        continue;
-      double depth;
-      DepthResidual(image.measurement, graph_.camera().depth_noise, features, o.feature)
-          .Evaluate(blocks.data(), &depth, nullptr);
-      slots[chunk] += robustCost(depth * depth, options_.loss_scale);
+      slots[chunk] += o.residuals.cost(parameterBlocks(o, state).data(), options_.loss_scale);
     }
   });
   double sum = 0;
@@ -164,7 +154,7 @@ AdjustmentTerms::cost(const AdjustmentState& state, int num_threads) const
     const double* parameters[] = {state.poses[std::size_t(pair.first)].values,
                                   state.poses[std::size_t(pair.second)].values};
     Vector6d residual;
-    pair.residual->Evaluate(parameters, residual.data(), nullptr);
+    pair.residual->linearise(parameters, residual.data(), nullptr);
     sum += residual.squaredNorm();
   }
   for (std::size_t i = 0; i < num_moving; ++i)
@@ -178,38 +168,13 @@ AdjustmentTerms::cost(const AdjustmentState& state, int num_threads) const
 ObservationRows
 AdjustmentTerms::linearise(const AdjustedObservation& o, const AdjustmentState& state) const
 {
+  ObservationRows rows = o.residuals.linearise(
+      parameterBlocks(o, state).data(), options_.loss_scale, !calibrated.empty());
   const AdjustedImage& image = images[std::size_t(o.image)];
-  const Features& features = graph_.features(image.image);
-  const auto blocks = parameterBlocks(o, state);
-  ObservationRows rows;
-  Eigen::Matrix<double, 3, 7, Eigen::RowMajor> by_pose;
-  Eigen::Matrix<double, 3, 3, Eigen::RowMajor> by_point = Eigen::Matrix3d::Zero();
-  by_pose.row(2).setZero();
-  double* calibration = calibrated.empty() ? nullptr : rows.by_calibration.data();
-  double* jacobians[] = {by_pose.data(), by_point.data(), calibration};
-  PixelResidual(image.measurement, features, o.feature)
-      .Evaluate(blocks.data(), rows.residual.data(), jacobians);
-  Eigen::RowVector3d by_error = Eigen::RowVector3d::Zero();
-  if (o.has_depth) {
-    double* depth_jacobians[] = {by_pose.row(2).data(),
-                                 by_point.row(2).data(),
-                                 calibration ? rows.by_calibration.row(2).data() : nullptr,
-                                 by_error.data()};
-    DepthResidual(image.measurement, graph_.camera().depth_noise, features, o.feature)
-        .Evaluate(blocks.data(), &rows.residual[2], depth_jacobians);
-  }
-  const double scale = options_.loss_scale;
-  const double pixel = std::sqrt(robustWeight(rows.residual.head<2>().squaredNorm(), scale));
-  const double depth = std::sqrt(robustWeight(rows.residual[2] * rows.residual[2], scale));
-  const Eigen::Vector3d weights(pixel, pixel, depth);
-  rows.residual = weights.cwiseProduct(rows.residual);
-  rows.by_point = weights.asDiagonal() * by_point;
-  if (image.pose_moves)
-    rows.by_image.leftCols<6>() = weights.asDiagonal() * by_pose.leftCols<6>();
-  if (image.depth_error_moves)
-    rows.by_image.bottomRightCorner<1, 3>() = weights[2] * by_error;
-  if (calibration)
-    rows.by_calibration = weights.asDiagonal() * rows.by_calibration;
+  if (!image.pose_moves)
+    rows.by_image.leftCols<6>().setZero();
+  if (!image.depth_error_moves)
+    rows.by_image.rightCols<3>().setZero();
   return rows;
 }
 
@@ -218,7 +183,7 @@ AdjustmentTerms::numResiduals() const
 {
   std::size_t count = 2 * observations.size() + 6 * pairs.size();
   for (const AdjustedObservation& o : observations)
-    count += o.has_depth;
+    count += o.residuals.depth ? 1 : 0;
   for (const AdjustedImage& image : images)
     count += image.depth_error_moves ? 3 : 0;
   return count + (calibrated.empty() ? 0 : NUM_CALIBRATION_PARAMETERS);

@@ -32,26 +32,15 @@ struct AdjustedImage {
 
 /** An observation that takes part. */
 struct AdjustedObservation {
-  int image;   ///< index into AdjustmentTerms::images
-  int feature;
-  int point;   ///< index into AdjustmentTerms::points
-  bool has_depth;
+  int image; ///< index into AdjustmentTerms::images
+  int point; ///< index into AdjustmentTerms::points
+  ObservationResiduals residuals;
 };
 
 /** A dense term between images that take part. */
 struct AdjustedPair {
   int first, second; ///< indices into AdjustmentTerms::images
-  std::unique_ptr<const RelativePoseResidual> residual;
-};
-
-/** Residuals of one observation and their derivatives, each over its sigma and times the root of
- *  its robust weight: two rows for the pixel, one for the depth. */
-struct ObservationRows {
-  Eigen::Vector3d residual = Eigen::Vector3d::Zero();
-  Eigen::Matrix<double, 3, 9> by_image = Eigen::Matrix<double, 3, 9>::Zero(); ///< pose, depth error
-  Eigen::Matrix3d by_point = Eigen::Matrix3d::Zero();
-  Eigen::Matrix<double, 3, NUM_CALIBRATION_PARAMETERS, Eigen::RowMajor> by_calibration =
-      Eigen::Matrix<double, 3, NUM_CALIBRATION_PARAMETERS, Eigen::RowMajor>::Zero();
+  std::unique_ptr<RelativePoseResidual> residual;
 };
 
 /** All terms of one adjustment: what is observed, and by which images. */
@@ -73,6 +62,7 @@ public:
   double
   cost(const AdjustmentState& state, int num_threads) const;
 
+  /** Without what does not move. */
   ObservationRows
   linearise(const AdjustedObservation& observation, const AdjustmentState& state) const;
 

@@ -4,72 +4,180 @@
 
 #include "sparse/reduced_system.h"
 
+#include <ceres/normal_prior.h>
 #include <pcl/console/print.h>
 #include <pcl/exceptions.h>
 
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <optional>
+#include <memory>
 
 namespace bundle_icp {
 namespace {
 
-// Levenberg and Marquardt's method with the trust region of Madsen, Nielsen and Tingleff, as in Ceres
-// Solver, whose constants these are.
-constexpr double FIRST_DAMPING = 1e-4;
-constexpr double LEAST_DAMPING = 1e-16, LARGEST_DAMPING = 1e32;
-constexpr double LEAST_GAIN = 1e-3; ///< of a step that is taken, over what the linear model promised
-constexpr double PARAMETER_TOLERANCE = 1e-8;
+/** Ceres' dense solver is faster up to so many images. */
+constexpr std::size_t MAX_DENSE = 60;
 /** Keeps the normal equations regular where an image has lost all of its observations. */
 constexpr double COVARIANCE_DAMPING = 1e-9;
 
-/** Moves `state` to a minimum of the cost. */
-template <int SIZE>
-BundleAdjustmentResult
-minimise(const AdjustmentTerms& terms, const BundleAdjustmentOptions& options, AdjustmentState& state)
+ceres::NormalPrior
+zeroPrior(const Eigen::VectorXd& deviations)
 {
-  BundleAdjustmentResult result;
-  result.num_residuals = terms.numResiduals();
-  result.final_cost = result.initial_cost = terms.cost(state, options.num_threads);
-  result.success = std::isfinite(result.initial_cost);
-  if (terms.num_moving == 0 && terms.calibrated.empty())
-    return result;
-  ReducedSystem<SIZE> system(terms, options.num_threads);
-  bool found_step = false;
-  double damping = FIRST_DAMPING, growth = 2;
-  while (result.success && result.iterations < options.max_iterations) {
-    ++result.iterations;
-    system.build(state, damping);
-    std::optional<AdjustmentStep> step = system.solve(state);
-    found_step |= step.has_value();
-    const double cost = step ? terms.cost(step->state, options.num_threads) : 0;
-    const double decrease = result.final_cost - cost;
-    const bool is_settled = step && (step->relative_length < PARAMETER_TOLERANCE ||
-                                     std::abs(decrease) < options.function_tolerance * result.final_cost);
-    const double gain = step && step->model_decrease > 0 ? decrease / step->model_decrease : -1;
-    if (!(gain > LEAST_GAIN)) {
-      damping *= growth;
-      growth *= 2;
-      if (is_settled || damping > LARGEST_DAMPING)
-        break;
-      continue;
-    }
-    state = std::move(step->state);
-    result.final_cost = cost;
-    damping = std::max(damping * std::max(1.0 / 3, 1 - std::pow(2 * gain - 1, 3)), LEAST_DAMPING);
-    growth = 2;
-    if (is_settled)
-      break;
+  return {deviations.cwiseInverse().asDiagonal().toDenseMatrix(), Eigen::VectorXd::Zero(deviations.size())};
+}
+
+/** The terms as Ceres takes them. Its solution moves `state` in place. */
+class CeresProblem {
+public:
+  CeresProblem(const AdjustmentTerms& terms, double loss_scale, AdjustmentState& state)
+  : terms_(terms)
+  , state_(state)
+  , loss_(loss_scale)
+  , depth_error_prior_(zeroPrior(Eigen::Vector3d::Constant(terms.depthErrorDeviation())))
+  , calibration_prior_(zeroPrior(calibrationPrior()))
+  , problem_(options())
+  {
+    addResiduals();
+    addImages();
+    addCalibration();
   }
-  result.success &= found_step;
-  PCL_DEBUG("[bundle_icp::adjustBundle] %zu images, %zu observations: cost %g to %g in %d iterations\n",
-            terms.images.size(),
-            terms.observations.size(),
-            result.initial_cost,
-            result.final_cost,
-            result.iterations);
-  return result;
+
+  LeastSquaresResult
+  solve(const BundleAdjustmentOptions& options);
+
+private:
+  /** The residuals belong to the terms, and what they share to this. */
+  static ceres::Problem::Options
+  options()
+  {
+    ceres::Problem::Options options;
+    options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+    options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+    options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+    return options;
+  }
+
+  void
+  addResiduals();
+  void
+  addImages();
+  void
+  addCalibration();
+
+  const AdjustmentTerms& terms_;
+  AdjustmentState& state_;
+  ceres::CauchyLoss loss_;
+  PoseManifold pose_manifold_;
+  std::unique_ptr<ceres::Manifold> calibration_manifold_;
+  ceres::NormalPrior depth_error_prior_, calibration_prior_;
+  ceres::Problem problem_;
+};
+
+void
+CeresProblem::addResiduals()
+{
+  double* const calibration = state_.calibration.data();
+  for (const AdjustedObservation& o : terms_.observations) {
+    double* const pose = state_.poses[std::size_t(o.image)].values;
+    double* const point = state_.points[std::size_t(o.point)].data();
+    double* const depth_error = state_.depth_errors[std::size_t(o.image)].data();
+    problem_.AddResidualBlock(o.residuals.pixel.get(), &loss_, pose, point, calibration);
+    if (o.residuals.depth)
+      problem_.AddResidualBlock(o.residuals.depth.get(), &loss_, pose, point, calibration, depth_error);
+  }
+  for (const AdjustedPair& pair : terms_.pairs)
+    problem_.AddResidualBlock(pair.residual.get(),
+                              nullptr,
+                              state_.poses[std::size_t(pair.first)].values,
+                              state_.poses[std::size_t(pair.second)].values);
+}
+
+void
+CeresProblem::addImages()
+{
+  for (std::size_t i = 0; i < terms_.images.size(); ++i) {
+    double* const pose = state_.poses[i].values;
+    double* const depth_error = state_.depth_errors[i].data();
+    problem_.AddParameterBlock(pose, 7, &pose_manifold_);
+    problem_.AddParameterBlock(depth_error, 3);
+    if (!terms_.images[i].pose_moves)
+      problem_.SetParameterBlockConstant(pose);
+    if (terms_.images[i].depth_error_moves)
+      problem_.AddResidualBlock(&depth_error_prior_, nullptr, depth_error);
+    else
+      problem_.SetParameterBlockConstant(depth_error);
+  }
+}
+
+void
+CeresProblem::addCalibration()
+{
+  double* const calibration = state_.calibration.data();
+  problem_.AddParameterBlock(calibration, NUM_CALIBRATION_PARAMETERS);
+  if (terms_.calibrated.empty()) {
+    problem_.SetParameterBlockConstant(calibration);
+    return;
+  }
+  problem_.AddResidualBlock(&calibration_prior_, nullptr, calibration);
+  std::vector<int> held;
+  for (int k = 0; k < NUM_CALIBRATION_PARAMETERS; ++k)
+    if (!std::binary_search(terms_.calibrated.begin(), terms_.calibrated.end(), k))
+      held.push_back(k);
+  calibration_manifold_ = std::make_unique<ceres::SubsetManifold>(NUM_CALIBRATION_PARAMETERS, held);
+  problem_.SetManifold(calibration, calibration_manifold_.get());
+}
+
+/** By one thread, and with Eigen's factorisations: no BLAS, and the same result each time. */
+LeastSquaresResult
+CeresProblem::solve(const BundleAdjustmentOptions& options)
+{
+  ceres::Solver::Options solver;
+  solver.linear_solver_type =
+      terms_.num_moving <= MAX_DENSE ? ceres::DENSE_SCHUR : ceres::SPARSE_SCHUR;
+  solver.dense_linear_algebra_library_type = ceres::EIGEN;
+  solver.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;
+  solver.linear_solver_ordering = std::make_shared<ceres::ParameterBlockOrdering>();
+  std::vector<double*> blocks;
+  problem_.GetParameterBlocks(&blocks);
+  for (double* const block : blocks)
+    solver.linear_solver_ordering->AddElementToGroup(block, 1);
+  for (Eigen::Vector3d& point : state_.points) // eliminated first
+    solver.linear_solver_ordering->AddElementToGroup(point.data(), 0);
+  solver.max_num_iterations = options.max_iterations;
+  solver.function_tolerance = options.function_tolerance;
+  solver.num_threads = 1;
+  solver.logging_type = ceres::SILENT;
+  ceres::Solver::Summary summary;
+  ceres::Solve(solver, &problem_, &summary);
+  return {summary.IsSolutionUsable(),
+          int(summary.iterations.size()) - 1,
+          summary.initial_cost,
+          summary.final_cost};
+}
+
+/** The library's own solver. */
+template <int SIZE>
+LeastSquaresResult
+solveBySchur(const AdjustmentTerms& terms,
+             const BundleAdjustmentOptions& options,
+             AdjustmentState& state)
+{
+  ReducedSystem<SIZE> system(terms, options.num_threads);
+  return minimise(system, options.max_iterations, options.function_tolerance, state);
+}
+
+LeastSquaresResult
+solve(const AdjustmentTerms& terms, const BundleAdjustmentOptions& options, AdjustmentState& state)
+{
+  if (terms.num_moving == 0 && terms.calibrated.empty()) {
+    const double cost = terms.cost(state, options.num_threads);
+    return {std::isfinite(cost), 0, cost, cost};
+  }
+  if (options.solver == AdjustmentSolver::CERES)
+    return CeresProblem(terms, options.loss_scale, state).solve(options);
+  const bool depth_errors = terms.images.size() > 0 && terms.images.front().depth_error_moves;
+  return (depth_errors ? solveBySchur<9> : solveBySchur<6>)(terms, options, state);
 }
 
 template <int SIZE>
@@ -147,11 +255,20 @@ adjustBundle(const ImageGraph& graph,
   checkOptions(options, "adjustBundle");
   const AdjustmentTerms terms(graph, problem, options, model);
   AdjustmentState state = terms.initialState(model);
-  const BundleAdjustmentResult result =
-      (problem.depth_errors ? minimise<9> : minimise<6>)(terms, options, state);
-  if (result.success)
+  const LeastSquaresResult solved = solve(terms, options, state);
+  if (solved.success)
     terms.writeBack(state, model);
-  return result;
+  PCL_DEBUG("[bundle_icp::adjustBundle] %zu images, %zu observations: cost %g to %g in %d iterations\n",
+            terms.images.size(),
+            terms.observations.size(),
+            solved.initial_cost,
+            solved.final_cost,
+            solved.iterations);
+  return {solved.success,
+          solved.iterations,
+          terms.numResiduals(),
+          solved.initial_cost,
+          solved.final_cost};
 }
 
 BundleAdjustmentResult

@@ -49,7 +49,6 @@ heldBackCost(const ImageGraph& graph,
   std::map<std::size_t, double> cost_of_image;
   for (const std::size_t image : problem.variable)
     cost_of_image[image] = 0;
-  const auto robust = [&](double squared) { return robustCost(squared, options.loss_scale); };
   for (const ScenePoint& point : model.points()) {
     if (observationsThatTakePart(problem, images, point).empty())
       continue;
@@ -65,15 +64,9 @@ heldBackCost(const ImageGraph& graph,
                                     point.position.data(),
                                     model.calibration().values.data(),
                                     model.depthError(o.image).data()};
-      Eigen::Vector2d pixel;
-      PixelResidual(measurement, features, o.feature).Evaluate(parameters, pixel.data(), nullptr);
-      cost->second += robust(pixel.squaredNorm());
-      if (options.use_depth && features.hasDepth(o.feature)) {
-        double depth;
-        DepthResidual(measurement, graph.camera().depth_noise, features, o.feature)
-            .Evaluate(parameters, &depth, nullptr);
-        cost->second += robust(depth * depth);
-      }
+      const ObservationResiduals residuals(
+          measurement, features, o.feature, options.use_depth ? &graph.camera().depth_noise : nullptr);
+      cost->second += residuals.cost(parameters, options.loss_scale);
     }
   }
   std::vector<double> costs;

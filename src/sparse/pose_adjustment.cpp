@@ -2,10 +2,12 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "sparse/pose_adjustment.h"
 
+#include "common/levenberg_marquardt.h"
 #include "sparse/residuals.h"
 
 #include <Eigen/Dense>
 
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -13,99 +15,134 @@ namespace bundle_icp {
 namespace {
 
 constexpr int MAX_ITERATIONS = 15;
-/** Steps below this [rad, m] end the iteration: far less than any pose is known to. */
-constexpr double STEP_TOLERANCE = 1e-7;
+/** The pose then moves by far less than it is known to. */
+constexpr double FUNCTION_TOLERANCE = 1e-8;
 
-/** Six numbers of the pose, three of the depth error. */
-constexpr int POSE = 0, DEPTH_ERROR = 6, SIZE = 9;
+/** Six numbers of the motion, three of the depth error. */
+constexpr int SIZE = 9;
 using Matrix = Eigen::Matrix<double, SIZE, SIZE>;
 using Vector = Eigen::Matrix<double, SIZE, 1>;
 
-struct NormalEquations {
-  Matrix hessian = Matrix::Zero();
-  Vector gradient = Vector::Zero();
-
-  template <int N>
-  void
-  add(const Eigen::Matrix<double, N, 1>& error,
-      const Eigen::Matrix<double, N, SIZE>& jacobian,
-      double weight)
-  {
-    hessian += weight * jacobian.transpose() * jacobian;
-    gradient += weight * jacobian.transpose() * error;
-  }
-
-  /** Adds a prior, each number with its own deviation. */
-  void
-  addPrior(int first, const Eigen::VectorXd& error, const Eigen::VectorXd& deviations)
-  {
-    const Eigen::VectorXd weights = deviations.array().square().inverse();
-    hessian.diagonal().segment(first, error.size()) += weights;
-    gradient.segment(first, error.size()) += weights.cwiseProduct(error);
-  }
-
-  /** Keeps numbers where they are. */
-  void
-  hold(int first, int count)
-  {
-    hessian.middleCols(first, count).setZero();
-    hessian.middleRows(first, count).setZero();
-    hessian.diagonal().segment(first, count).setOnes();
-    gradient.segment(first, count).setZero();
-  }
+struct PoseState {
+  PoseBlock pose;
+  DepthError depth_error;
 };
 
-void
-addPixel(const ImageMeasurement& measurement,
-         const Features& features,
-         int feature,
-         const double* const* parameters,
-         const BundleAdjustmentOptions& options,
-         NormalEquations& equations)
+/** A problem as minimise() takes it: the pose and the depth error of one image. */
+class PoseProblem {
+public:
+  PoseProblem(const ImageMeasurement& measurement,
+              const Features& features,
+              const SparseModel& model,
+              const std::vector<PointObservation>& observations,
+              const DensePose& dense,
+              const BundleAdjustmentOptions& options,
+              bool depth_error_moves)
+  : calibration_(model.calibration().values)
+  , points_(observations)
+  , dense_(dense.world_from_camera, dense.information)
+  , options_(options)
+  , depth_error_moves_(depth_error_moves)
+  {
+    for (const PointObservation& o : observations)
+      observations_.emplace_back(
+          measurement, features, o.feature, options.use_depth ? &measurement.camera.depth_noise : nullptr);
+  }
+
+  double
+  cost(const PoseState& state) const;
+
+  void
+  build(const PoseState& state, double damping);
+
+  std::optional<LeastSquaresStep<PoseState>>
+  solve(const PoseState& state) const;
+
+  /** Normal equations where they were built last, not damped. */
+  const Matrix&
+  information() const
+  {
+    return hessian_;
+  }
+
+private:
+  std::array<const double*, 4>
+  blocks(std::size_t k, const PoseState& state) const
+  {
+    return {state.pose.values, points_[k].point.data(), calibration_.data(), state.depth_error.data()};
+  }
+
+  const CalibrationVector& calibration_;
+  const std::vector<PointObservation>& points_;
+  std::vector<ObservationResiduals> observations_;
+  const PoseBlock world_; ///< the dense evidence is of the camera relative to it
+  const RelativePoseResidual dense_;
+  const BundleAdjustmentOptions& options_;
+  const bool depth_error_moves_;
+  double damping_ = 0;
+  Matrix hessian_ = Matrix::Zero();
+  Vector gradient_ = Vector::Zero();
+};
+
+double
+PoseProblem::cost(const PoseState& state) const
 {
-  Eigen::Vector2d residual;
-  Eigen::Matrix<double, 2, 7, Eigen::RowMajor> by_pose;
-  double* jacobians[] = {by_pose.data(), nullptr, nullptr};
-  PixelResidual(measurement, features, feature).Evaluate(parameters, residual.data(), jacobians);
-  Eigen::Matrix<double, 2, SIZE> jacobian = Eigen::Matrix<double, 2, SIZE>::Zero();
-  jacobian.middleCols<6>(POSE) = by_pose.leftCols<6>();
-  equations.add<2>(residual, jacobian, robustWeight(residual.squaredNorm(), options.loss_scale));
+  double sum = 0;
+  for (std::size_t k = 0; k < observations_.size(); ++k)
+    sum += observations_[k].cost(blocks(k, state).data(), options_.loss_scale);
+  const double* poses[] = {world_.values, state.pose.values};
+  Vector6d residual;
+  dense_.linearise(poses, residual.data(), nullptr);
+  sum += residual.squaredNorm();
+  if (depth_error_moves_)
+    sum += (state.depth_error / options_.depth_error_deviation).squaredNorm();
+  return sum / 2;
 }
 
 void
-addDepth(const ImageMeasurement& measurement,
-         const DepthNoise& noise,
-         const Features& features,
-         int feature,
-         const double* const* parameters,
-         const BundleAdjustmentOptions& options,
-         NormalEquations& equations)
+PoseProblem::build(const PoseState& state, double damping)
 {
-  Eigen::Matrix<double, 1, 1> residual;
-  Eigen::Matrix<double, 1, 7> by_pose;
-  Eigen::RowVector3d by_error;
-  double* jacobians[] = {by_pose.data(), nullptr, nullptr, by_error.data()};
-  DepthResidual(measurement, noise, features, feature)
-      .Evaluate(parameters, residual.data(), jacobians);
-  Eigen::Matrix<double, 1, SIZE> jacobian = Eigen::Matrix<double, 1, SIZE>::Zero();
-  jacobian.middleCols<6>(POSE) = by_pose.leftCols<6>();
-  jacobian.middleCols<3>(DEPTH_ERROR) = by_error;
-  equations.add<1>(residual, jacobian, robustWeight(residual.squaredNorm(), options.loss_scale));
+  damping_ = damping;
+  hessian_.setZero();
+  gradient_.setZero();
+  for (std::size_t k = 0; k < observations_.size(); ++k) {
+    ObservationRows rows =
+        observations_[k].linearise(blocks(k, state).data(), options_.loss_scale, false);
+    if (!depth_error_moves_)
+      rows.by_image.rightCols<3>().setZero();
+    hessian_ += rows.by_image.transpose() * rows.by_image;
+    gradient_ += rows.by_image.transpose() * rows.residual;
+  }
+  const double* poses[] = {world_.values, state.pose.values};
+  Vector6d residual;
+  Eigen::Matrix<double, 6, 6, Eigen::RowMajor> by_motion;
+  double* jacobians[] = {nullptr, by_motion.data()};
+  dense_.linearise(poses, residual.data(), jacobians);
+  hessian_.topLeftCorner<6, 6>() += by_motion.transpose() * by_motion;
+  gradient_.head<6>() += by_motion.transpose() * residual;
+  // A depth error that is held has no part in any term.
+  const double prior = std::pow(options_.depth_error_deviation, -2);
+  hessian_.diagonal().tail<3>().array() += depth_error_moves_ ? prior : 1;
+  if (depth_error_moves_)
+    gradient_.tail<3>() += prior * state.depth_error;
 }
 
-/** Adds the dense evidence, whose motions are of world_from_camera; those of the block are of its
- *  inverse: rotation on the left, translation added. */
-void
-addDense(const DensePose& dense, const PoseBlock& pose, NormalEquations& equations)
+std::optional<LeastSquaresStep<PoseState>>
+PoseProblem::solve(const PoseState& state) const
 {
-  const Pose world_from_camera = pose.worldFromCamera();
-  const Vector6d error = logarithm(world_from_camera * dense.world_from_camera.inverse());
-  // A motion (w, v) of camera_from_world is one of (-R w, -R v) of world_from_camera.
-  Matrix6d jacobian = Matrix6d::Zero();
-  jacobian.topLeftCorner<3, 3>() = -world_from_camera.linear();
-  jacobian.bottomRightCorner<3, 3>() = -world_from_camera.linear();
-  equations.hessian.topLeftCorner<6, 6>() += jacobian.transpose() * dense.information * jacobian;
-  equations.gradient.head<6>() += jacobian.transpose() * dense.information * error;
+  const Vector damped = damping_ * hessian_.diagonal().unaryExpr(&dampedPart);
+  const Eigen::LLT<Matrix> root(hessian_ + Matrix(damped.asDiagonal()));
+  const Vector step = -root.solve(gradient_);
+  if (root.info() != Eigen::Success || !step.allFinite())
+    return std::nullopt;
+  LeastSquaresStep<PoseState> result{state};
+  PoseManifold().Plus(state.pose.values, step.data(), result.state.pose.values);
+  result.state.depth_error += step.tail<3>();
+  result.model_decrease = (damped.dot(step.cwiseAbs2()) - gradient_.dot(step)) / 2;
+  const Eigen::Map<const Eigen::Matrix<double, 7, 1>> pose(state.pose.values);
+  result.relative_length =
+      step.norm() / std::sqrt(pose.squaredNorm() + state.depth_error.squaredNorm());
+  return result;
 }
 
 } // namespace
@@ -128,37 +165,12 @@ adjustPose(const ImageGraph& graph,
            bool depth_error,
            const ImagePose& start)
 {
-  const Features& features = graph.features(image);
   const ImageMeasurement measurement{graph.camera(), model.motion(image)};
-  PoseBlock pose(start.world_from_camera);
-  DepthError error = start.depth_error;
-  const PoseManifold manifold;
-  NormalEquations equations;
-  for (int iteration = 0; iteration < MAX_ITERATIONS; ++iteration) {
-    equations = {};
-    for (const PointObservation& o : observations) {
-      const double* parameters[] = {
-          pose.values, o.point.data(), model.calibration().values.data(), error.data()};
-      addPixel(measurement, features, o.feature, parameters, options, equations);
-      if (options.use_depth && features.hasDepth(o.feature))
-        addDepth(measurement, graph.camera().depth_noise, features, o.feature, parameters, options, equations);
-    }
-    addDense(dense, pose, equations);
-    if (depth_error)
-      equations.addPrior(
-          DEPTH_ERROR, error, Eigen::Vector3d::Constant(options.depth_error_deviation));
-    else
-      equations.hold(DEPTH_ERROR, 3);
-    const Vector step = -equations.hessian.ldlt().solve(equations.gradient);
-    if (!step.allFinite())
-      break;
-    const Vector6d moved = step.segment<6>(POSE);
-    manifold.Plus(PoseBlock(pose).values, moved.data(), pose.values);
-    error += step.segment<3>(DEPTH_ERROR);
-    if (moved.norm() < STEP_TOLERANCE)
-      break;
-  }
-  ImagePose result{pose.worldFromCamera(), error};
+  PoseProblem problem(
+      measurement, graph.features(image), model, observations, dense, options, depth_error);
+  PoseState state{PoseBlock(start.world_from_camera), start.depth_error};
+  minimise(problem, MAX_ITERATIONS, FUNCTION_TOLERANCE, state);
+  ImagePose result{state.pose.worldFromCamera(), state.depth_error};
   // A motion (w, v) of camera_from_world = (R, t) turns the camera by -R' w and moves it by
   // -R' (v + t x w).
   Matrix6d world_by_motion = Matrix6d::Zero();
@@ -167,8 +179,9 @@ adjustPose(const ImageGraph& graph,
   world_by_motion.bottomRightCorner<3, 3>() = -axes;
   world_by_motion.bottomLeftCorner<3, 3>() =
       -axes * crossMatrix(result.world_from_camera.inverse().translation());
-  equations.hessian.diagonal().segment<6>(POSE).array() += PRIOR_INFORMATION;
-  const Matrix inverse = equations.hessian.ldlt().solve(Matrix::Identity());
+  Matrix information = problem.information();
+  information.diagonal().head<6>().array() += PRIOR_INFORMATION;
+  const Matrix inverse = information.ldlt().solve(Matrix::Identity());
   result.covariance =
       world_by_motion * inverse.topLeftCorner<6, 6>() * world_by_motion.transpose();
   return result;

@@ -40,7 +40,7 @@ double
 largestDeviation(const Eigen::Matrix3d& covariance);
 
 /** The pose of one image given the points that it sees: the same residuals and loss as
- *  adjustBundle(), with points and calibration held, by Gauss-Newton. Isotropic 3D-3D distances, as
+ *  adjustBundle(), with points and calibration held. Isotropic 3D-3D distances, as
  *  in Algorithm 1, line 2, give away that pixels are known far better than depth.
  *  \param depth_error whether the DepthError moves, too */
 ImagePose

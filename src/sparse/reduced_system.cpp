@@ -3,145 +3,75 @@
 #include "sparse/reduced_system.h"
 
 #include "common/parallel.h"
-#include "common/simd.h"
-
-#include <Eigen/Dense>
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <limits>
 
 namespace bundle_icp {
 namespace {
 
-/** Above so many unknowns a sparse factorisation is faster than a dense one. */
-constexpr Eigen::Index MAX_DENSE = 400;
-
-/** As in Ceres: the part of the diagonal that is damped never vanishes, measured where columns are
- *  scaled to about unit length. */
-double
-dampedPart(double diagonal)
+/** By image that moves. */
+std::vector<std::vector<std::size_t>>
+observationsOfImages(const AdjustmentTerms& terms)
 {
-  const double scale = 1 + std::sqrt(diagonal);
-  return std::max(diagonal, 1e-6 * scale * scale);
+  std::vector<std::vector<std::size_t>> result(terms.num_moving);
+  for (std::size_t k = 0; k < terms.observations.size(); ++k)
+    if (const std::size_t image = std::size_t(terms.observations[k].image); image < result.size())
+      result[image].push_back(k);
+  return result;
 }
 
-using simd::Doubles;
-
-/** block -= a b', for a and b of SIZE x 3, all of them with columns of whole vectors. */
-template <int SIZE>
-BUNDLE_ICP_INLINE void
-subtractProduct(const double* a, const double* b, double* block)
+/** Two images share a block when they see a point together or are a dense pair. */
+BlockStructure
+sharedBlocks(const AdjustmentTerms& terms,
+             const std::vector<std::vector<std::size_t>>& observations_of,
+             int num_threads)
 {
-  constexpr int VECTORS = (SIZE + 3) / 4, STRIDE = 4 * VECTORS;
-  Doubles rows[3][VECTORS];
-  for (int k = 0; k < 3; ++k)
-    for (int v = 0; v < VECTORS; ++v)
-      rows[k][v] = simd::load<Doubles>(a + k * STRIDE + 4 * v);
-  for (int j = 0; j < SIZE; ++j)
-    for (int v = 0; v < VECTORS; ++v) {
-      double* const at = block + j * STRIDE + 4 * v;
-      const Doubles difference = simd::load<Doubles>(at) - rows[0][v] * b[j] - rows[1][v] * b[STRIDE + j] -
-                                 rows[2][v] * b[2 * STRIDE + j];
-      std::memcpy(at, &difference, sizeof(difference));
+  std::vector<std::vector<int>> columns(terms.num_moving);
+  for (std::size_t c = 0; c < columns.size(); ++c)
+    columns[c].push_back(int(c));
+  for (const AdjustedPair& pair : terms.pairs)
+    if (const auto [column, row] = std::minmax(pair.first, pair.second); row < int(columns.size()))
+      columns[std::size_t(column)].push_back(row);
+  parallelFor(columns.size(), num_threads, {}, [&](std::size_t c) {
+    std::vector<char> shared(columns.size(), 0);
+    for (const int row : columns[c])
+      shared[std::size_t(row)] = 1;
+    for (const std::size_t k : observations_of[c]) {
+      const std::size_t p = std::size_t(terms.observations[k].point);
+      for (std::size_t o = terms.first_observation[p]; o < terms.first_observation[p + 1]; ++o)
+        if (terms.observations[o].image < int(columns.size()))
+          shared[std::size_t(terms.observations[o].image)] = 1;
     }
-}
-
-/** The blocks of one column that one point has a part in. */
-template <int SIZE>
-BUNDLE_ICP_INLINE void
-subtractProducts(const double* b, const double* const* a, double* const* blocks, std::size_t count)
-{
-  for (std::size_t k = 0; k < count; ++k)
-    subtractProduct<SIZE>(a[k], b, blocks[k]);
+    columns[c].clear();
+    for (std::size_t r = c; r < columns.size(); ++r)
+      if (shared[r])
+        columns[c].push_back(int(r));
+  });
+  return BlockStructure(columns);
 }
 
 } // namespace
 
 template <int SIZE>
 ReducedSystem<SIZE>::ReducedSystem(const AdjustmentTerms& terms, int num_threads)
-: terms_(terms), num_threads_(num_threads)
+: terms_(terms)
+, num_threads_(num_threads)
+, observations_of_(observationsOfImages(terms))
+, structure_(sharedBlocks(terms, observations_of_, num_threads))
+, observations_(terms.observations.size())
+, eliminated_(terms.observations.size(), Columns::Zero())
+, points_(terms.points.size())
+, calibration_of_chunk_(terms.numChunks())
+, blocks_(structure_.rows.size())
+, calibration_by_image_(terms.num_moving)
+, images_(structure_)
 {
-  findStructure();
-  observations_.resize(terms.observations.size());
-  eliminated_.resize(terms.observations.size(), Columns::Zero());
-  points_.resize(terms.points.size());
-  calibration_of_chunk_.resize(terms_.numChunks());
-  calibration_by_image_.resize(numImages());
   if (numCalibrated() > 0) {
     by_calibration_.resize(terms.observations.size());
     points_by_calibration_.resize(terms.points.size());
   }
-}
-
-/** Two images share a block when they see a point together or are a dense pair. */
-template <int SIZE>
-void
-ReducedSystem<SIZE>::findStructure()
-{
-  observations_of_.resize(numImages());
-  for (std::size_t k = 0; k < terms_.observations.size(); ++k)
-    if (const std::size_t image = std::size_t(terms_.observations[k].image); image < numImages())
-      observations_of_[image].push_back(k);
-  std::vector<std::vector<int>> partners(numImages());
-  for (const AdjustedPair& pair : terms_.pairs)
-    if (std::max(pair.first, pair.second) < int(numImages()))
-      partners[std::size_t(std::min(pair.first, pair.second))].push_back(
-          std::max(pair.first, pair.second));
-  std::vector<std::vector<int>> columns(numImages());
-  parallelFor(numImages(), num_threads_, {}, [&](std::size_t c) {
-    std::vector<char> shared(numImages(), 0);
-    shared[c] = 1;
-    for (const int partner : partners[c])
-      shared[std::size_t(partner)] = 1;
-    for (const std::size_t k : observations_of_[c]) {
-      const std::size_t p = std::size_t(terms_.observations[k].point);
-      for (std::size_t o = terms_.first_observation[p]; o < terms_.first_observation[p + 1]; ++o)
-        if (terms_.observations[o].image < int(numImages()))
-          shared[std::size_t(terms_.observations[o].image)] = 1;
-    }
-    for (std::size_t r = c; r < numImages(); ++r)
-      if (shared[r])
-        columns[c].push_back(int(r));
-  });
-  for (const std::vector<int>& column : columns) {
-    first_row_.push_back(rows_.size());
-    rows_.insert(rows_.end(), column.begin(), column.end());
-  }
-  first_row_.push_back(rows_.size());
-  blocks_.resize(rows_.size());
-
-  std::vector<int> counts;
-  for (std::size_t c = 0; c < numImages(); ++c)
-    for (int k = 0; k < SIZE; ++k)
-      counts.push_back(SIZE * int(columns[c].size()) - k + int(numCalibrated()));
-  for (Eigen::Index k = 0; k < numCalibrated(); ++k)
-    counts.push_back(int(numCalibrated() - k));
-  matrix_.resize(size(), size());
-  matrix_.reserve(counts);
-  for (std::size_t c = 0; c < numImages(); ++c)
-    for (int k = 0; k < SIZE; ++k) {
-      const Eigen::Index column = SIZE * Eigen::Index(c) + k;
-      for (const int row : columns[c])
-        for (int i = row == int(c) ? k : 0; i < SIZE; ++i)
-          matrix_.insert(SIZE * row + i, column) = 0;
-      for (Eigen::Index i = size() - numCalibrated(); i < size(); ++i)
-        matrix_.insert(i, column) = 0;
-    }
-  for (Eigen::Index column = size() - numCalibrated(); column < size(); ++column)
-    for (Eigen::Index i = column; i < size(); ++i)
-      matrix_.insert(i, column) = 0;
-  matrix_.makeCompressed();
-}
-
-template <int SIZE>
-typename ReducedSystem<SIZE>::Block&
-ReducedSystem<SIZE>::block(int row, int column)
-{
-  const auto begin = rows_.begin() + std::ptrdiff_t(first_row_[std::size_t(column)]);
-  const auto end = rows_.begin() + std::ptrdiff_t(first_row_[std::size_t(column) + 1]);
-  return blocks_[std::size_t(std::lower_bound(begin, end, row) - rows_.begin())];
 }
 
 template <int SIZE>
@@ -165,7 +95,7 @@ ReducedSystem<SIZE>::build(const AdjustmentState& state, double damping)
   }
   addPairs(state);
   addPriors(state);
-  fillMatrix();
+  addDamping();
 }
 
 // The products are lazy since Eigen would treat matrices of so few calibrated columns as large.
@@ -231,9 +161,9 @@ void
 ReducedSystem<SIZE>::sumColumn(std::size_t image)
 {
   std::vector<double*> block_of(numImages(), nullptr);
-  for (std::size_t k = first_row_[image]; k < first_row_[image + 1]; ++k) {
+  for (std::size_t k = structure_.first[image]; k < structure_.first[image + 1]; ++k) {
     blocks_[k].setZero();
-    block_of[std::size_t(rows_[k])] = blocks_[k].data();
+    block_of[std::size_t(structure_.rows[k])] = blocks_[k].data();
   }
   Square own = Square::Zero();
   Eigen::Matrix<double, SIZE, 1> gradient = Eigen::Matrix<double, SIZE, 1>::Zero(), reduced = gradient;
@@ -257,14 +187,13 @@ ReducedSystem<SIZE>::sumColumn(std::size_t image)
       factors.push_back(eliminated_[j].data());
       targets.push_back(block_of[other]);
     }
-    simd::call<subtractProducts<SIZE>>(eliminated.data(), factors.data(), targets.data(),
-                                       factors.size());
+    subtractProducts<SIZE, 3>(eliminated.data(), factors.data(), targets.data(), factors.size());
     if (numCalibrated() > 0)
       by_calibration += by_calibration_[k].transpose().lazyProduct(o.by_image) -
                         points_by_calibration_[p].transpose().lazyProduct(
                             eliminated.template topRows<SIZE>().transpose());
   }
-  blocks_[first_row_[image]].template topRows<SIZE>() += own;
+  blocks_[structure_.first[image]].template topRows<SIZE>() += own;
   const Eigen::Index at = SIZE * Eigen::Index(image);
   diagonal_.segment<SIZE>(at) = own.diagonal();
   gradient_.segment<SIZE>(at) = gradient;
@@ -280,18 +209,17 @@ ReducedSystem<SIZE>::addPairs(const AdjustmentState& state)
     const double* parameters[] = {state.poses[std::size_t(pair.first)].values,
                                   state.poses[std::size_t(pair.second)].values};
     Vector6d residual;
-    Eigen::Matrix<double, 6, 7, Eigen::RowMajor> by_pose[2];
+    Eigen::Matrix<double, 6, 6, Eigen::RowMajor> by_pose[2];
     double* jacobians[] = {by_pose[0].data(), by_pose[1].data()};
-    pair.residual->Evaluate(parameters, residual.data(), jacobians);
+    pair.residual->linearise(parameters, residual.data(), jacobians);
     const auto moves = [&](int k) { return terms_.images[std::size_t(images[k])].pose_moves; };
     for (int k = 0; k < 2; ++k) {
       if (!moves(k))
         continue;
-      const Matrix6d jacobian = by_pose[k].template leftCols<6>();
-      const Matrix6d hessian = jacobian.transpose() * jacobian;
-      const Vector6d gradient = jacobian.transpose() * residual;
+      const Matrix6d hessian = by_pose[k].transpose() * by_pose[k];
+      const Vector6d gradient = by_pose[k].transpose() * residual;
       const Eigen::Index at = SIZE * images[k];
-      block(images[k], images[k]).template topLeftCorner<6, 6>() += hessian;
+      blocks_[structure_.find(images[k], images[k])].template topLeftCorner<6, 6>() += hessian;
       diagonal_.segment<6>(at) += hessian.diagonal();
       gradient_.segment<6>(at) += gradient;
       reduced_gradient_.segment<6>(at) += gradient;
@@ -299,8 +227,8 @@ ReducedSystem<SIZE>::addPairs(const AdjustmentState& state)
     if (!moves(0) || !moves(1))
       continue;
     const int row = pair.first > pair.second ? 0 : 1;
-    block(images[row], images[1 - row]).template topLeftCorner<6, 6>() +=
-        by_pose[row].template leftCols<6>().transpose() * by_pose[1 - row].template leftCols<6>();
+    blocks_[structure_.find(images[row], images[1 - row])].template topLeftCorner<6, 6>() +=
+        by_pose[row].transpose() * by_pose[1 - row];
   }
 }
 
@@ -317,7 +245,7 @@ ReducedSystem<SIZE>::addPriors(const AdjustmentState& state)
     reduced_gradient_[k] += weight * value;
   };
   for (std::size_t i = 0; i < numImages(); ++i) {
-    Block& own = blocks_[first_row_[i]];
+    Block& own = blocks_[structure_.first[i]];
     const Eigen::Index at = SIZE * Eigen::Index(i);
     for (int k = 6; k < SIZE; ++k)
       add(at + k, own(k, k), state.depth_errors[i][k - 6], terms_.depthErrorDeviation());
@@ -335,63 +263,48 @@ ReducedSystem<SIZE>::addPriors(const AdjustmentState& state)
 
 template <int SIZE>
 void
-ReducedSystem<SIZE>::fillMatrix()
+ReducedSystem<SIZE>::addDamping()
 {
-  double* value = matrix_.valuePtr();
-  for (std::size_t c = 0; c < numImages(); ++c)
-    for (int k = 0; k < SIZE; ++k) {
-      double* const diagonal = value;
-      for (std::size_t b = first_row_[c]; b < first_row_[c + 1]; ++b)
-        for (int i = b == first_row_[c] ? k : 0; i < SIZE; ++i)
-          *value++ = blocks_[b](i, k);
-      *diagonal += damping_ * dampedPart(diagonal_[SIZE * Eigen::Index(c) + k]);
-      for (Eigen::Index i = 0; i < numCalibrated(); ++i)
-        *value++ = calibration_by_image_[c](i, k);
-    }
-  for (Eigen::Index k = 0; k < numCalibrated(); ++k) {
-    double* const diagonal = value;
-    for (Eigen::Index i = k; i < numCalibrated(); ++i)
-      *value++ = calibration_(i, k);
-    *diagonal += damping_ * dampedPart(diagonal_[size() - numCalibrated() + k]);
-  }
+  for (std::size_t i = 0; i < numImages(); ++i)
+    for (int k = 0; k < SIZE; ++k)
+      blocks_[structure_.first[i]](k, k) +=
+          damping_ * dampedPart(diagonal_[SIZE * Eigen::Index(i) + k]);
+  for (Eigen::Index k = 0; k < numCalibrated(); ++k)
+    calibration_(k, k) += damping_ * dampedPart(diagonal_[size() - numCalibrated() + k]);
 }
 
 template <int SIZE>
 bool
 ReducedSystem<SIZE>::factorise()
 {
-  if (size() <= MAX_DENSE) {
-    dense_.compute(Eigen::MatrixXd(matrix_));
-    return dense_.info() == Eigen::Success;
-  }
-  if (!sparse_) {
-    sparse_ = std::make_unique<Eigen::CholmodSupernodalLLT<Eigen::SparseMatrix<double>>>();
-    sparse_->cholmod().print = 0; // a matrix that is not positive definite is no error here
-    sparse_->analyzePattern(matrix_);
-  }
-  sparse_->factorize(matrix_);
-  return sparse_->info() == Eigen::Success;
+  if (!images_.factorise(blocks_))
+    return false;
+  const Eigen::Index m = numCalibrated(), n = size() - m;
+  Eigen::MatrixXd right(n, m + 1);
+  for (std::size_t i = 0; m > 0 && i < numImages(); ++i)
+    right.block(SIZE * Eigen::Index(i), 0, SIZE, m) = calibration_by_image_[i].transpose();
+  right.col(m) = reduced_gradient_.head(n);
+  solved_ = images_.solve(right);
+  border_.compute(calibration_ - right.leftCols(m).transpose() * solved_.leftCols(m));
+  return border_.info() == Eigen::Success;
 }
 
 template <int SIZE>
-Eigen::MatrixXd
-ReducedSystem<SIZE>::solveFor(const Eigen::MatrixXd& right) const
-{
-  if (size() <= MAX_DENSE)
-    return dense_.solve(right);
-  return sparse_->solve(right);
-}
-
-template <int SIZE>
-std::optional<AdjustmentStep>
+std::optional<LeastSquaresStep<AdjustmentState>>
 ReducedSystem<SIZE>::solve(const AdjustmentState& state)
 {
   if (!factorise())
     return std::nullopt;
-  const Eigen::VectorXd step = -solveFor(reduced_gradient_);
+  const Eigen::Index m = numCalibrated(), n = size() - m;
+  Eigen::VectorXd step(size());
+  step.tail(m) = reduced_gradient_.tail(m);
+  for (std::size_t i = 0; m > 0 && i < numImages(); ++i)
+    step.tail(m) -= calibration_by_image_[i] * solved_.col(m).segment<SIZE>(SIZE * Eigen::Index(i));
+  step.tail(m) = -border_.solve(step.tail(m));
+  step.head(n) = -solved_.col(m) - solved_.leftCols(m) * step.tail(m);
   if (!step.allFinite())
     return std::nullopt;
-  AdjustmentStep result{state};
+  LeastSquaresStep<AdjustmentState> result{state};
   // The linear model falls by -(g - D step)' step / 2, since (H + D) step = -g.
   result.model_decrease = -gradient_.dot(step) / 2;
   for (Eigen::Index k = 0; k < size(); ++k)
@@ -456,7 +369,7 @@ ReducedSystem<SIZE>::calibrationCovariance()
   const Eigen::Index m = numCalibrated();
   if (!factorise())
     return Eigen::MatrixXd::Constant(m, m, std::numeric_limits<double>::infinity());
-  return solveFor(Eigen::MatrixXd::Identity(size(), size()).rightCols(m)).bottomRows(m);
+  return border_.solve(Eigen::MatrixXd::Identity(m, m));
 }
 
 template class ReducedSystem<6>;

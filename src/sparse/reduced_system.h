@@ -2,25 +2,19 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #pragma once
 
+#include "common/levenberg_marquardt.h"
 #include "sparse/adjustment_terms.h"
+#include "sparse/block_cholesky.h"
 
-#include <Eigen/CholmodSupport>
+#include <Eigen/Cholesky>
 
-#include <memory>
 #include <optional>
 
 namespace bundle_icp {
 
-/** A step of an adjustment. */
-struct AdjustmentStep {
-  AdjustmentState state;         ///< after the step
-  double model_decrease = 0;     ///< of the cost, if residuals were linear
-  double relative_length = 0;    ///< of the step, over that of the unknowns
-};
-
 /** The normal equations of an adjustment, damped, with the points eliminated (the Schur complement
  *  of bundle adjustment): what is left are the images, six or nine unknowns each, and the
- *  calibration.
+ *  calibration. A problem as minimise() takes it.
  *
  *  Both halves run in parallel and give the same sums for any number of threads: points are eliminated
  *  in fixed chunks, and each block column of the reduced matrix is summed by one thread alone.
@@ -30,12 +24,16 @@ class ReducedSystem {
 public:
   ReducedSystem(const AdjustmentTerms& terms, int num_threads);
 
-  /** Linearises at `state`; `damping` times the diagonal is added to it. */
+  double
+  cost(const AdjustmentState& state) const
+  {
+    return terms_.cost(state, num_threads_);
+  }
+
   void
   build(const AdjustmentState& state, double damping);
 
-  /** Unset when the matrix is not positive definite. */
-  std::optional<AdjustmentStep>
+  std::optional<LeastSquaresStep<AdjustmentState>>
   solve(const AdjustmentState& state);
 
   /** Covariance of the calibration that is adjusted, with everything else unknown. */
@@ -43,11 +41,9 @@ public:
   calibrationCovariance();
 
 private:
-  /** Rows in memory: whole vectors of four, the last rows unused. */
-  static constexpr int STRIDE = (SIZE + 3) / 4 * 4;
-  using Block = Eigen::Matrix<double, STRIDE, SIZE>;
+  using Block = PaddedBlock<SIZE>;
   using Square = Eigen::Matrix<double, SIZE, SIZE>;
-  using Columns = Eigen::Matrix<double, STRIDE, 3>;
+  using Columns = Eigen::Matrix<double, Block::RowsAtCompileTime, 3>;
   using Matrix3X = Eigen::Matrix<double, 3, Eigen::Dynamic>;
 
   /** What phase one leaves of an observation by an image that moves. */
@@ -71,8 +67,6 @@ private:
   };
 
   void
-  findStructure();
-  void
   eliminatePoints(std::size_t chunk);
   void
   sumColumn(std::size_t image);
@@ -81,11 +75,9 @@ private:
   void
   addPriors(const AdjustmentState& state);
   void
-  fillMatrix();
+  addDamping();
   bool
   factorise();
-  Eigen::MatrixXd
-  solveFor(const Eigen::MatrixXd& right) const;
   std::pair<double, double>
   substituteBack(std::size_t chunk, const Eigen::VectorXd& step, AdjustmentState& state) const;
 
@@ -104,18 +96,12 @@ private:
   {
     return SIZE * Eigen::Index(numImages()) + numCalibrated();
   }
-  Block&
-  block(int row, int column);
-
   const AdjustmentTerms& terms_;
   const int num_threads_;
   const AdjustmentState* state_ = nullptr; ///< while it is built
   double damping_ = 0;
-  // Structure: block column c holds rows_[k] for first_row_[c] <= k < first_row_[c + 1], ascending
-  // from the diagonal on.
-  std::vector<std::size_t> first_row_;
-  std::vector<int> rows_;
-  std::vector<std::vector<std::size_t>> observations_of_; ///< by image that moves
+  const std::vector<std::vector<std::size_t>> observations_of_; ///< by image that moves
+  const BlockStructure structure_; ///< of the images' matrix
   // Phase one
   std::vector<ObservationTerms> observations_;
   std::vector<Columns> eliminated_; ///< by observation: by_image' by_point L
@@ -128,9 +114,10 @@ private:
   std::vector<Eigen::MatrixXd> calibration_by_image_;
   Eigen::MatrixXd calibration_;
   Eigen::VectorXd diagonal_, gradient_, reduced_gradient_;
-  Eigen::SparseMatrix<double> matrix_;
-  Eigen::LLT<Eigen::MatrixXd> dense_;
-  std::unique_ptr<Eigen::CholmodSupernodalLLT<Eigen::SparseMatrix<double>>> sparse_;
+  // The images' matrix is factorised, and eliminated from what the calibration adds to it.
+  BlockCholesky<SIZE> images_;
+  Eigen::MatrixXd solved_;             ///< images' inverse times [by calibration | gradient]
+  Eigen::LLT<Eigen::MatrixXd> border_; ///< what is left for the calibration
 };
 
 } // namespace bundle_icp

@@ -9,6 +9,7 @@
 #include <ceres/ceres.h>
 
 #include <cmath>
+#include <memory>
 
 namespace bundle_icp {
 
@@ -36,11 +37,8 @@ struct PoseBlock {
   worldFromCamera() const;
 };
 
-/** Rotations change by a rotation vector on the left, translations by addition.
- *
- *  The residuals below write their derivatives by these six numbers into the first six columns of the
- *  Jacobian for the block's seven; PlusJacobian() picks them. This spares the detour over
- *  the derivatives by a quaternion. */
+/** Rotations change by a rotation vector on the left, translations by addition: six numbers, the
+ *  motion of a pose. (ceres::EigenQuaternionManifold takes half the rotation vector.) */
 class PoseManifold : public ceres::Manifold {
 public:
   int
@@ -63,6 +61,36 @@ public:
   MinusJacobian(const double* x, double* jacobian) const override;
 };
 
+/** A cost function of PoseBlocks, those of its blocks that have seven numbers, and of others. Ceres asks
+ *  for derivatives by these seven, the library's own solvers for those by the pose's motion. */
+template <int ROWS, int... SIZES>
+class PoseResidual : public ceres::SizedCostFunction<ROWS, SIZES...> {
+public:
+  /** As Evaluate(), but with derivatives by a motion, six columns, instead of those by a pose. */
+  virtual void
+  linearise(const double* const* parameters, double* residuals, double** jacobians) const = 0;
+
+  bool
+  Evaluate(double const* const* parameters, double* residuals, double** jacobians) const final
+  {
+    constexpr int sizes[] = {SIZES...}, count = sizeof...(SIZES);
+    Eigen::Matrix<double, ROWS, 6, Eigen::RowMajor> by_motion[count];
+    double* by_block[count] = {};
+    for (int k = 0; jacobians && k < count; ++k)
+      by_block[k] = jacobians[k] && sizes[k] == 7 ? by_motion[k].data() : jacobians[k];
+    linearise(parameters, residuals, jacobians ? by_block : nullptr);
+    for (int k = 0; jacobians && k < count; ++k) {
+      if (!jacobians[k] || sizes[k] != 7)
+        continue;
+      Eigen::Matrix<double, 6, 7, Eigen::RowMajor> motion_by_pose;
+      PoseManifold().MinusJacobian(parameters[k], motion_by_pose.data());
+      Eigen::Map<Eigen::Matrix<double, ROWS, 7, Eigen::RowMajor>>{jacobians[k]} =
+          by_motion[k] * motion_by_pose;
+    }
+    return true;
+  }
+};
+
 /** What an image's residuals share. */
 struct ImageMeasurement {
   const CameraIntrinsics& camera;
@@ -70,7 +98,7 @@ struct ImageMeasurement {
 };
 
 /** (predicted pixel - measured pixel) / sigma. Blocks: pose, point in the world, calibration. */
-class PixelResidual : public ceres::SizedCostFunction<2, 7, 3, NUM_CALIBRATION_PARAMETERS> {
+class PixelResidual final : public PoseResidual<2, 7, 3, NUM_CALIBRATION_PARAMETERS> {
 public:
   PixelResidual(const ImageMeasurement& image, const Features& features, int feature)
   : image_(image)
@@ -78,8 +106,8 @@ public:
   , weight_(1 / features.pixel_sigmas[feature])
   {
   }
-  bool
-  Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
+  void
+  linearise(const double* const* parameters, double* residuals, double** jacobians) const override;
 
 private:
   const ImageMeasurement& image_;
@@ -90,7 +118,7 @@ private:
 /** (predicted depth - measured depth) / sigma. It is the prediction that errors of the depth camera
  *  are applied to: correcting the measurement would shrink its noise with it, and the fit
  *  would improve by shrinking alone. Blocks: pose, point in the world, calibration, DepthError. */
-class DepthResidual : public ceres::SizedCostFunction<1, 7, 3, NUM_CALIBRATION_PARAMETERS, 3> {
+class DepthResidual final : public PoseResidual<1, 7, 3, NUM_CALIBRATION_PARAMETERS, 3> {
 public:
   DepthResidual(const ImageMeasurement& image,
                 const DepthNoise& noise,
@@ -104,8 +132,8 @@ public:
   , weight_(1 / features.depth_sigmas[feature])
   {
   }
-  bool
-  Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
+  void
+  linearise(const double* const* parameters, double* residuals, double** jacobians) const override;
 
 private:
   const ImageMeasurement& image_;
@@ -116,13 +144,43 @@ private:
   double weight_;
 };
 
+/** Residuals of one observation and their derivatives, each over its sigma and times the root of
+ *  its robust weight: two rows for the pixel, one for the depth. */
+struct ObservationRows {
+  Eigen::Vector3d residual = Eigen::Vector3d::Zero();
+  Eigen::Matrix<double, 3, 9> by_image = Eigen::Matrix<double, 3, 9>::Zero(); ///< motion, depth error
+  Eigen::Matrix3d by_point = Eigen::Matrix3d::Zero();
+  Eigen::Matrix<double, 3, NUM_CALIBRATION_PARAMETERS, Eigen::RowMajor> by_calibration =
+      Eigen::Matrix<double, 3, NUM_CALIBRATION_PARAMETERS, Eigen::RowMajor>::Zero();
+};
+
+/** What a feature that sees a point adds to an adjustment. The parameter blocks are those of
+ *  DepthResidual. */
+struct ObservationResiduals {
+  std::unique_ptr<PixelResidual> pixel;
+  std::unique_ptr<DepthResidual> depth; ///< null where none was measured
+
+  /** \param noise null when measured depth takes no part */
+  ObservationResiduals(const ImageMeasurement& image,
+                       const Features& features,
+                       int feature,
+                       const DepthNoise* noise);
+
+  /** Sum of the squared residuals under the Cauchy loss. */
+  double
+  cost(const double* const* blocks, double loss_scale) const;
+
+  ObservationRows
+  linearise(const double* const* blocks, double loss_scale, bool by_calibration) const;
+};
+
 /** Square root of the information times the motion from the measured to the present relative
  *  pose. Blocks: pose of the first, pose of the second image. */
-class RelativePoseResidual : public ceres::SizedCostFunction<6, 7, 7> {
+class RelativePoseResidual final : public PoseResidual<6, 7, 7> {
 public:
   RelativePoseResidual(const Pose& first_from_second, const Matrix6d& information);
-  bool
-  Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
+  void
+  linearise(const double* const* parameters, double* residuals, double** jacobians) const override;
 
 private:
   Pose first_from_second_;

@@ -4,7 +4,6 @@
 
 #include "landmarks.h"
 #include "messages.h"
-#include "sparse/residuals.h"
 
 #include <pcl/exceptions.h>
 
@@ -168,92 +167,84 @@ struct NoisyScene : Scene {
     graph = toGraph(landmarks, views);
     perturb();
   }
-
-  /** The same adjustment by Ceres' own solver. \return its final cost */
-  double
-  costByCeres() const
-  {
-    std::vector<PoseBlock> poses;
-    std::vector<Eigen::Vector3d> points;
-    CalibrationVector calibration = CalibrationVector::Zero();
-    DepthError depth_error = DepthError::Zero();
-    for (std::size_t i = 0; i < model.numImages(); ++i)
-      poses.emplace_back(model.worldFromCamera(i));
-    for (const ScenePoint& point : model.points())
-      points.push_back(point.position);
-    const BundleAdjustmentOptions options;
-    const ImageMeasurement measurement{graph.camera()};
-    ceres::Problem ceres_problem;
-    for (std::size_t p = 0; p < points.size(); ++p)
-      for (const Observation& o : model.points()[p].track) {
-        const Features& features = graph.features(o.image);
-        double* const pose = poses[o.image].values;
-        double* const point = points[p].data();
-        ceres_problem.AddResidualBlock(new PixelResidual(measurement, features, o.feature),
-                                       new ceres::CauchyLoss(options.loss_scale),
-                                       pose,
-                                       point,
-                                       calibration.data());
-        ceres_problem.AddResidualBlock(
-            new DepthResidual(measurement, graph.camera().depth_noise, features, o.feature),
-            new ceres::CauchyLoss(options.loss_scale),
-            pose,
-            point,
-            calibration.data(),
-            depth_error.data());
-      }
-    for (PoseBlock& pose : poses)
-      ceres_problem.SetManifold(pose.values, new PoseManifold);
-    ceres_problem.SetParameterBlockConstant(poses[0].values);
-    ceres_problem.SetParameterBlockConstant(calibration.data());
-    ceres_problem.SetParameterBlockConstant(depth_error.data());
-    ceres::Solver::Options solver;
-    solver.linear_solver_type = ceres::DENSE_SCHUR;
-    solver.function_tolerance = 1e-10;
-    solver.max_num_iterations = 100;
-    ceres::Solver::Summary summary;
-    ceres::Solve(solver, &ceres_problem, &summary);
-    return summary.final_cost;
-  }
 };
+
+/** Adds each kind of term and unknown that an adjustment can have. */
+void
+complicate(NoisyScene& scene)
+{
+  scene.problem.depth_errors = true;
+  scene.problem.calibrated = {CalibrationParameter::FOCAL_X, CalibrationParameter::DEPTH_BIAS};
+  for (std::size_t i = 0; i + 2 < scene.views.size(); ++i) {
+    RelativePoseTerm term{i, i + 2};
+    term.first_from_second = randomMotion(i, 0.002, 0.002) *
+                             scene.views[i].world_from_camera.inverse() *
+                             scene.views[i + 2].world_from_camera;
+    term.information = 1e5 * Matrix6d::Identity();
+    scene.problem.relative_poses.push_back(term);
+  }
+}
+
+const AdjustmentSolver SOLVERS[] = {AdjustmentSolver::SCHUR, AdjustmentSolver::CERES};
 
 } // namespace
 
-TEST(AdjustBundle, ReachesTheCostThatCeresReaches)
+TEST(AdjustBundle, SolversReachTheSameCost)
 {
-  for (const unsigned num_images : {6, 70}) { // a dense factorisation, and a sparse one
-    NoisyScene scene(num_images);
-    const double expected = scene.costByCeres();
-    BundleAdjustmentOptions options;
-    options.function_tolerance = 1e-10;
-    options.max_iterations = 100;
-    const BundleAdjustmentResult result =
-        adjustBundle(scene.graph, scene.problem, options, scene.model);
-    EXPECT_GT(result.initial_cost, 2 * expected) << num_images;
-    EXPECT_NEAR(result.final_cost, expected, 1e-6 * expected) << num_images;
-  }
+  using Change = void (*)(NoisyScene&);
+  const Change changes[] = {[](NoisyScene&) {},
+                            [](NoisyScene& scene) { scene.problem.depth_errors = true; },
+                            [](NoisyScene& scene) {
+                              scene.problem.constant = {0, 2};
+                              scene.problem.variable = {1, 3, 4};
+                            },
+                            complicate};
+  for (const unsigned num_images : {6, 70}) // dense and sparse factorisations of Ceres
+    for (const Change change : changes) {
+      if (num_images > 6 && change != changes[3])
+        continue;
+      BundleAdjustmentResult results[2];
+      for (int k = 0; k < 2; ++k) {
+        NoisyScene scene(num_images);
+        change(scene);
+        BundleAdjustmentOptions options;
+        options.solver = SOLVERS[k];
+        options.function_tolerance = 1e-12;
+        options.max_iterations = 100;
+        results[k] = adjustBundle(scene.graph, scene.problem, options, scene.model);
+        EXPECT_TRUE(results[k].success);
+      }
+      const BundleAdjustmentResult &own = results[0], &ceres = results[1];
+      EXPECT_EQ(own.num_residuals, ceres.num_residuals);
+      EXPECT_NEAR(own.initial_cost, ceres.initial_cost, 1e-9 * ceres.initial_cost);
+      EXPECT_GT(own.initial_cost, 2 * own.final_cost);
+      EXPECT_NEAR(own.final_cost, ceres.final_cost, 1e-6 * ceres.final_cost) << num_images;
+    }
 }
 
 TEST(AdjustBundle, DoesNotDependOnThreads)
 {
-  const auto adjusted = [](int num_threads) {
-    NoisyScene scene(50);
-    scene.problem.depth_errors = true;
-    scene.problem.calibrated = {CalibrationParameter::FOCAL_X, CalibrationParameter::DEPTH_BIAS};
+  const auto adjusted = [](AdjustmentSolver solver, int num_threads) {
+    NoisyScene scene(30);
+    complicate(scene);
     BundleAdjustmentOptions options;
+    options.solver = solver;
     options.num_threads = num_threads;
-    adjustBundle(scene.graph, scene.problem, options, scene.model);
+    EXPECT_TRUE(adjustBundle(scene.graph, scene.problem, options, scene.model).success);
     return scene.model;
   };
-  const SparseModel one = adjusted(1), two = adjusted(2), three = adjusted(3);
-  for (const SparseModel* other : {&two, &three}) {
-    EXPECT_EQ(one.calibration().values, other->calibration().values);
-    for (std::size_t i = 0; i < one.numImages(); ++i) {
-      EXPECT_EQ(one.worldFromCamera(i).matrix(), other->worldFromCamera(i).matrix());
-      EXPECT_EQ(one.depthError(i), other->depthError(i));
+  for (const AdjustmentSolver solver : SOLVERS) {
+    const SparseModel one = adjusted(solver, 1);
+    for (const int num_threads : {2, 3}) {
+      const SparseModel other = adjusted(solver, num_threads);
+      EXPECT_EQ(one.calibration().values, other.calibration().values);
+      for (std::size_t i = 0; i < one.numImages(); ++i) {
+        EXPECT_EQ(one.worldFromCamera(i).matrix(), other.worldFromCamera(i).matrix());
+        EXPECT_EQ(one.depthError(i), other.depthError(i));
+      }
+      for (std::size_t p = 0; p < one.points().size(); ++p)
+        EXPECT_EQ(one.points()[p].position, other.points()[p].position);
     }
-    for (std::size_t p = 0; p < one.points().size(); ++p)
-      EXPECT_EQ(one.points()[p].position, other->points()[p].position);
   }
 }
 

@@ -38,8 +38,18 @@ struct BundleAdjustmentProblem {
   bool hold_back = false;
 };
 
+/** What solves an adjustment: both go down to the same cost. */
+enum class AdjustmentSolver {
+  /** The faster one. That is SCHUR: on no adjustment of any recording did Ceres come within 1.2 times its time
+   *  (docs/benchmarks.md), so that there is no rule to choose by. */
+  AUTO,
+  CERES, ///< Ceres Solver, in one thread
+  SCHUR, ///< the library's own, which eliminates points in parallel
+};
+
 /** How an adjustment is solved. */
 struct BUNDLE_ICP_EXPORT BundleAdjustmentOptions {
+  AdjustmentSolver solver = AdjustmentSolver::AUTO;
   int max_iterations = 30;
   /** Scale of the Cauchy loss on residuals, each over its own sigma. */
   double loss_scale = 2;
@@ -49,8 +59,8 @@ struct BUNDLE_ICP_EXPORT BundleAdjustmentOptions {
   bool use_depth = true;
   /** Prior standard deviation of each number of a DepthError [sigma of DepthNoise]. */
   double depth_error_deviation = 2;
-  /** Threads to use, 0 = all; the result does not depend on it. The BLAS under CHOLMOD, which
-   *  factorises what is left of large models, has threads of its own. */
+  /** Threads to use, 0 = all; the result does not depend on it. Ceres works in one whatever is said here: with
+   *  more it adds up in the order in which they finish. */
   int num_threads = 0;
 
   bool
@@ -94,7 +104,7 @@ calibrationDeviations(const ImageGraph& graph,
 
 /** Global (or local) bundle adjustment: moves poses and points to the minimum of the robust sum of
  *  squared pixel residuals, measured-depth residuals and dense relative poses; calibration and depth
- *  errors move where the problem says so, held near their priors. Levenberg-Marquardt with the points
+ *  errors move where the problem says so, held near their priors. Levenberg-Marquardt, by Ceres or with the points
  *  eliminated from the normal equations (Triggs et al., "Bundle adjustment - a modern synthesis", 6.1).
  *  \throws pcl::BadArgumentException for invalid options or unregistered images. */
 BUNDLE_ICP_EXPORT BundleAdjustmentResult
