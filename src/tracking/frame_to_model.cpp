@@ -5,6 +5,7 @@
 #include <bundle_icp/tracking/frame_to_model.h>
 
 #include <pcl/exceptions.h>
+#include <opencv2/core.hpp>
 
 #include <cmath>
 #include <optional>

@@ -28,6 +28,7 @@ const std::map<std::string, std::vector<std::string>> options_of = {
       "--shuffle",
       "--method",
       "--max-features",
+      "--matching",
       "--threads",
       "--device",
       "--no-mesh",
