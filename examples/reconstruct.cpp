@@ -27,7 +27,7 @@ using namespace bundle_icp;
 namespace {
 
 struct Arguments {
-  std::string scan, output, method, solver, device = "auto";
+  std::string scan, output, method, matching, solver, device = "auto";
   DatasetOptions dataset;
   CalibrationArguments calibration;
   ReconstructionOptions reconstruction;
@@ -146,6 +146,10 @@ describe(Arguments& arguments)
       po::value(&arguments.solver)->value_name("NAME")->default_value("auto"),
       "what solves bundle adjustments: ceres (Ceres Solver, one thread), schur (the library's own), or "
       "auto, which takes the faster one")(
+      "matching",
+      po::value(&arguments.matching)->value_name("NAME")->default_value("exact"),
+      "how features are compared: exact, or kdtree, which misses some matches and is slower up to at "
+      "least 20,000 features per frame; the result repeats itself with either")(
       "threads", po::value(&options.num_threads)->value_name("N")->default_value(0), "0 = all")(
       "device",
       po::value(&arguments.device)->value_name("NAME")->default_value("auto"),
@@ -195,6 +199,11 @@ applyValues(const po::variables_map& values, Arguments& arguments)
     throw UsageError("--method " + arguments.method +
                      ": known are bundle_icp, rgbd_sfm, visual_icp and f2m_icp");
   arguments.reconstruction.method = *method;
+  const auto matching = parseMatchingBackend(arguments.matching);
+  if (!matching)
+    throw UsageError("--matching " + arguments.matching + ": known are exact and kdtree");
+  arguments.reconstruction.graph.matching.backend = *matching;
+  arguments.reconstruction.tracking.matching.backend = *matching;
   if (!arguments.calibration.file.empty() && *method != ReconstructionMethod::BUNDLE_ICP)
     throw UsageError("--calibration: only the method bundle_icp applies it");
   const std::map<std::string, AdjustmentSolver> solvers{{"auto", AdjustmentSolver::AUTO},

@@ -145,11 +145,11 @@ PreparedScan::Impl::features(std::size_t frame) const
 }
 
 void
-PreparedScan::Impl::releaseDescriptors()
+PreparedScan::Impl::releaseDescriptors(bool keep_key_images)
 {
   nodes_.clear();
   if (graph_)
-    graph_->releaseDescriptors();
+    graph_->releaseDescriptors(keep_key_images);
   returnMemory();
 }
 

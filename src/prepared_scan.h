@@ -65,7 +65,7 @@ public:
 
   /** Frees what is not needed once the images are matched; no other reconstruction may follow. */
   void
-  releaseDescriptors();
+  releaseDescriptors(bool keep_key_images = false);
 
   /** Frees what is not needed once there are poses; no other reconstruction may follow. */
   void

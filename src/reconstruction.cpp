@@ -196,7 +196,7 @@ bool
 Reconstruction::mapImages()
 {
   if (is_last_)
-    scan_.releaseDescriptors();
+    scan_.releaseDescriptors(true);
   result_.graph = scan_.graph();
   result_.frame_of_image = scan_.frameOfImage();
   const auto depth_of_image = [this](std::size_t image, const SparseModel& model) {

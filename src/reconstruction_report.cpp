@@ -79,6 +79,7 @@ toJson(const ReconstructionOptions& options, const DepthNoise& noise)
   Json json{{"method", toString(options.method)},
             {"sensor", toJson(noise)},
             {"max_features", options.features.max_features},
+            {"matching", toString(options.graph.matching.backend)},
             {"min_matches", options.graph.matching.min_matches},
             {"exhaustive_limit", options.graph.exhaustive_limit},
             {"depth_reduction", options.depth_reduction},

@@ -3,8 +3,8 @@
 #include <bundle_icp/graph/feature_matching.h>
 
 #include "common/parallel.h"
-#include "graph/descriptor_forest.h"
 #include "graph/descriptor_products.h"
+#include "graph/descriptor_tree.h"
 
 #include <pcl/exceptions.h>
 
@@ -28,18 +28,34 @@ halfSquaredDistance(std::int32_t product)
 /** Descriptors prepared for many matchings; which member is set depends on the back end. */
 struct PreparedDescriptors {
   std::unique_ptr<PackedDescriptors> packed;
-  std::unique_ptr<DescriptorForest> forest;
+  std::unique_ptr<DescriptorTree> tree;
 };
 
 PreparedDescriptors
 prepare(const cv::Mat& descriptors, const MatchingOptions& options)
 {
   PreparedDescriptors prepared;
-  if (options.backend == MatchingBackend::BRUTE_FORCE)
+  if (options.backend == MatchingBackend::EXACT)
     prepared.packed = std::make_unique<PackedDescriptors>(descriptors);
   else
-    prepared.forest = std::make_unique<DescriptorForest>(descriptors);
+    prepared.tree = std::make_unique<DescriptorTree>(descriptors);
   return prepared;
+}
+
+/** For each descriptor of `second` that was matched the nearest in the tree, -1 for all others. */
+std::vector<int>
+nearestOfMatched(const DescriptorTree& first,
+                 const cv::Mat& second,
+                 const std::vector<FeatureMatch>& matches)
+{
+  cv::Mat queries;
+  for (const FeatureMatch& match : matches)
+    queries.push_back(second.row(match.second));
+  const std::vector<BestProducts> best = first.bestProducts(queries);
+  std::vector<int> nearest(second.rows, -1);
+  for (std::size_t k = 0; k < matches.size(); ++k)
+    nearest[matches[k].second] = best[k].index;
+  return nearest;
 }
 
 std::vector<FeatureMatch>
@@ -54,21 +70,21 @@ match(const cv::Mat& first,
     return matches;
   std::vector<BestProducts> rows;
   std::vector<int> columns;
-  if (second_prepared.packed) {
+  if (second_prepared.packed)
     bestProducts(first, *second_prepared.packed, rows, columns);
-  }
-  else {
-    rows = second_prepared.forest->bestProducts(first);
-    for (const BestProducts& best : first_prepared.forest->bestProducts(second))
-      columns.push_back(best.index);
-  }
+  else
+    rows = second_prepared.tree->bestProducts(first);
   const double squared_ratio = options.ratio * options.ratio;
-  for (int i = 0; i < first.rows; ++i) {
-    const BestProducts& best = rows[i];
-    if (best.index >= 0 && columns[best.index] == i &&
-        halfSquaredDistance(best.best) < squared_ratio * halfSquaredDistance(best.second))
-      matches.push_back({i, best.index});
-  }
+  for (int i = 0; i < first.rows; ++i)
+    if (rows[i].index >= 0 && halfSquaredDistance(rows[i].best) <
+                                  squared_ratio * halfSquaredDistance(rows[i].second))
+      matches.push_back({i, rows[i].index});
+  if (first_prepared.tree)
+    columns = nearestOfMatched(*first_prepared.tree, second, matches);
+  matches.erase(std::remove_if(matches.begin(),
+                               matches.end(),
+                               [&](const FeatureMatch& m) { return columns[m.second] != m.first; }),
+                matches.end());
   return matches;
 }
 
@@ -88,6 +104,21 @@ checkArguments(std::size_t num_features,
 }
 
 } // namespace
+
+std::string
+toString(MatchingBackend backend)
+{
+  return backend == MatchingBackend::EXACT ? "exact" : "kdtree";
+}
+
+std::optional<MatchingBackend>
+parseMatchingBackend(const std::string& name)
+{
+  for (const MatchingBackend backend : {MatchingBackend::EXACT, MatchingBackend::KDTREE})
+    if (toString(backend) == name)
+      return backend;
+  return std::nullopt;
+}
 
 bool
 MatchingOptions::isValid(std::string* error) const

@@ -213,12 +213,13 @@ ImageGraph::append(std::vector<ImageNode> images,
 }
 
 void
-ImageGraph::releaseDescriptors()
+ImageGraph::releaseDescriptors(bool keep_key_images)
 {
   impl_->has_descriptors = false;
   impl_->retrieval.reset();
   for (std::size_t i = 0; i < size(); ++i)
-    impl_->graph[i].image.features.descriptors.release();
+    if (!keep_key_images || !isKey(i))
+      impl_->graph[i].image.features.descriptors.release();
 }
 
 std::size_t

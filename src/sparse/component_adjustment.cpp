@@ -4,6 +4,7 @@
 
 #include "common/parallel.h"
 #include "sparse/frame_motions.h"
+#include "sparse/guided_matching.h"
 #include "sparse/trajectory_smoothing.h"
 
 #include <algorithm>
@@ -143,6 +144,8 @@ ComponentAdjuster::adjust(SparseModel& model, int component, int max_iterations,
     if (dense)
       for (const std::size_t image : problem.variable)
         model.extendTracks(graph_, image, options_.tracks);
+    if (dense && !is_last)
+      matchByPrediction(graph_, problem.variable, options_.tracks, options_.num_threads, model);
   }
 }
 

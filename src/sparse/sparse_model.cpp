@@ -73,6 +73,19 @@ SparseModel::extendTracks(const ImageGraph& graph, std::size_t image, const Trac
 }
 
 void
+SparseModel::joinMatches(const ImageGraph& graph,
+                         std::size_t first,
+                         std::size_t second,
+                         const std::vector<FeatureMatch>& matches,
+                         const TrackOptions& options)
+{
+  if (images_[first].points.empty() || images_[second].points.empty())
+    return;
+  for (const FeatureMatch& match : matches)
+    joinMatch(graph, {first, match.first}, {second, match.second}, options);
+}
+
+void
 SparseModel::rebuildTracks(const ImageGraph& graph, int component, const TrackOptions& options)
 {
   for (ScenePoint& point : points_)

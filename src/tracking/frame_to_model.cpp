@@ -6,6 +6,7 @@
 
 #include <opencv2/core.hpp>
 #include <pcl/exceptions.h>
+#include <opencv2/core.hpp>
 
 #include <cmath>
 #include <optional>

@@ -29,6 +29,7 @@ const std::map<std::string, std::vector<std::string>> options_of = {
       "--method",
       "--max-features",
       "--solver",
+      "--matching",
       "--threads",
       "--device",
       "--no-mesh",

@@ -250,6 +250,7 @@ TEST_F(ReconstructFailure, WrongUsage)
   EXPECT_CONTAINS(misuse({"--roi", "subject"}), "or object");
   EXPECT_CONTAINS(misuse({"--min-depth", "6"}), "depth range 6 to 5 m");
   EXPECT_CONTAINS(misuse({"--method", "best"}), "--method best: known");
+  EXPECT_CONTAINS(misuse({"--matching", "best"}), "--matching best: known are exact and kdtree");
   EXPECT_CONTAINS(misuse({"--device", "abacus"}), "--device abacus: known");
   EXPECT_CONTAINS(misuse({"--solver", "abacus"}), "--solver abacus: known are auto, ceres and schur");
   EXPECT_CONTAINS(misuse({"--voxel-size", "0"}), "voxel_size");

@@ -115,6 +115,21 @@ TEST_F(ReconstructScan, ReportHasWhatWasPromised)
   EXPECT_FALSE(boost::filesystem::exists(out + "/mesh.ply"));
 }
 
+TEST_F(ReconstructScan, MatchingByTreesRepeatsItself)
+{
+  const auto by_trees = [&](const std::string& threads) {
+    const std::vector<std::string> arguments{"--no-mesh", "--matching", "kdtree", "--threads", threads};
+    EXPECT_EQ(reconstruct(arguments).exit_code, 0);
+    EXPECT_EQ(report()["options"]["matching"], "kdtree");
+    return readText(out + "/trajectory.txt") + readText(out + "/sparse.ply");
+  };
+  const std::string trees = by_trees("1");
+  EXPECT_EQ(by_trees("3"), trees);
+  ASSERT_EQ(reconstruct({"--no-mesh"}).exit_code, 0);
+  EXPECT_EQ(report()["options"]["matching"], "exact");
+  EXPECT_NE(readText(out + "/trajectory.txt") + readText(out + "/sparse.ply"), trees);
+}
+
 TEST_F(ReconstructScan, BadFilesAreSkippedAndNamed)
 {
   recordings::truncate(scan + "/rgb/0.500000.png", 0.6);

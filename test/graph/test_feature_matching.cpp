@@ -50,7 +50,7 @@ TEST(MatchDescriptors, FindsTheSameLandmarksOneToOne)
   const Landmarks landmarks(300);
   const std::vector<LandmarkView> views = landmarkViews(landmarks, 2);
   for (const MatchingBackend backend :
-       {MatchingBackend::BRUTE_FORCE, MatchingBackend::KDTREE_FOREST}) {
+       {MatchingBackend::EXACT, MatchingBackend::KDTREE}) {
     MatchingOptions options;
     options.backend = backend;
     const std::vector<FeatureMatch> matches = matchDescriptors(
@@ -83,7 +83,7 @@ TEST(MatchDescriptors, EmptyListsHaveNoMatches)
 {
   const cv::Mat none(0, 128, CV_8UC1), some = Landmarks(40).descriptors();
   for (const MatchingBackend backend :
-       {MatchingBackend::BRUTE_FORCE, MatchingBackend::KDTREE_FOREST}) {
+       {MatchingBackend::EXACT, MatchingBackend::KDTREE}) {
     MatchingOptions options;
     options.backend = backend;
     EXPECT_TRUE(matchDescriptors(none, some, options).empty());
@@ -154,13 +154,16 @@ TEST(MatchPairs, DoesNotDependOnThreads)
     for (std::size_t j = 0; j < i; ++j)
       candidates.emplace_back(j, i);
   }
-  MatchingOptions options;
-  options.num_threads = 1;
-  const std::vector<FramePair> one =
-      matchPairs(features, room().camera(), candidates, options);
-  options.num_threads = 2;
-  expectSame(one, matchPairs(features, room().camera(), candidates, options));
-  EXPECT_GE(one.size(), 4u);
+  for (const MatchingBackend backend : {MatchingBackend::EXACT, MatchingBackend::KDTREE}) {
+    MatchingOptions options;
+    options.backend = backend;
+    options.num_threads = 1;
+    const std::vector<FramePair> one =
+        matchPairs(features, room().camera(), candidates, options);
+    options.num_threads = 3;
+    expectSame(one, matchPairs(features, room().camera(), candidates, options));
+    EXPECT_GE(one.size(), 4u);
+  }
 }
 
 TEST(MatchPairs, ReportsProgressAndStops)

@@ -200,6 +200,8 @@ TEST(ImageGraph, WithoutDescriptorsNothingCanBeAppended)
   const std::vector<LandmarkView> views = landmarkViews(landmarks, 3);
   ImageGraph graph = toGraph(landmarks, views);
   const std::size_t edges = graph.numEdges();
+  graph.releaseDescriptors(true);
+  EXPECT_FALSE(graph.features(1).descriptors.empty()); // all of a small scan are key images
   graph.releaseDescriptors();
   EXPECT_TRUE(graph.features(1).descriptors.empty());
   EXPECT_EQ(graph.features(1).size(), views[1].features.size());

@@ -6,25 +6,30 @@
 #include <bundle_icp/common/rigid_alignment.h>
 #include <bundle_icp/graph/features.h>
 
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 namespace bundle_icp {
 
-/** How nearest descriptors are found. All give FeatureMatch lists of the same meaning. */
+/** How nearest descriptors are found. Both give FeatureMatch lists of the same meaning. */
 enum class MatchingBackend {
-  /** Exact: all products of descriptors, a matrix product in integer arithmetic. */
-  BRUTE_FORCE,
-  /** Approximate: a forest of randomised kd-trees (pcl::search::FlannSearch); pays for many
-   *  thousand features per image. FLANN draws its trees from the system's entropy and offers no
-   *  seed: with this back end alone results differ slightly from run to run. */
-  KDTREE_FOREST
+  EXACT, ///< all products of descriptors, a matrix product in integer arithmetic
+  KDTREE ///< approximate: a kd-tree (pcl::search::FlannSearch) that is the same in every run
 };
+
+/** Name of a back end: exact, kdtree. */
+BUNDLE_ICP_EXPORT std::string
+toString(MatchingBackend backend);
+
+/** The back end of that name, if there is one. */
+BUNDLE_ICP_EXPORT std::optional<MatchingBackend>
+parseMatchingBackend(const std::string& name);
 
 /** How images are matched and matches verified. */
 struct BUNDLE_ICP_EXPORT MatchingOptions {
-  MatchingBackend backend = MatchingBackend::BRUTE_FORCE;
+  MatchingBackend backend = MatchingBackend::EXACT;
   /** A match's distance must be less than this times that of the second best. */
   double ratio = 0.8;
   /** M_th of equation (5): pairs with fewer verified matches are no edge. */

@@ -73,9 +73,10 @@ public:
          bool ordered_in_time,
          const ProgressCallback& progress = {});
 
-  /** Frees the descriptors, the largest part of a graph: no more images can be appended. */
+  /** Frees the descriptors, the largest part of a graph: no more images can be appended.
+   *  \param keep_key_images leaves those of key images, with which a mapper finds further matches. */
   void
-  releaseDescriptors();
+  releaseDescriptors(bool keep_key_images = false);
 
   std::size_t
   size() const;

@@ -152,6 +152,15 @@ public:
   void
   extendTracks(const ImageGraph& graph, std::size_t image, const TrackOptions& options);
 
+  /** Joins matches of two registered images to tracks as extendTracks() does, though they may share no
+   *  edge; only of images that have tracks. */
+  void
+  joinMatches(const ImageGraph& graph,
+              std::size_t first,
+              std::size_t second,
+              const std::vector<FeatureMatch>& matches,
+              const TrackOptions& options);
+
   /** Gives up the tracks of a component and builds those of all its images that had any anew. */
   void
   rebuildTracks(const ImageGraph& graph, int component, const TrackOptions& options);

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
-#include "graph/descriptor_forest.h"
+#include "graph/descriptor_tree.h"
 
+#include <Eigen/Core>
+#include <flann/algorithms/kdtree_index.h>
 #include <pcl/point_representation.h>
 #include <pcl/point_types.h>
 #include <pcl/search/flann_search.h>
@@ -15,9 +17,8 @@ namespace {
 
 using Descriptor = pcl::Histogram<PackedDescriptors::LENGTH>;
 using Cloud = pcl::PointCloud<Descriptor>;
-using Search = pcl::search::FlannSearch<Descriptor>;
 
-constexpr int TREES = 4;
+/** Leaves that a query looks at: more find more matches, in proportionally more time. */
 constexpr int CHECKS = 64;
 constexpr std::int32_t SQUARED_NORM = 256 * 256;
 
@@ -30,6 +31,58 @@ public:
   copyToFloatArray(const Descriptor& point, float* out) const override
   {
     std::copy(point.histogram, point.histogram + PackedDescriptors::LENGTH, out);
+  }
+};
+
+/** FLANN's L2, in vector instructions; sums of integers, so exact in any order. */
+struct SquaredDistance {
+  using is_kdtree_distance = bool;
+  using ElementType = float;
+  using ResultType = float;
+
+  float
+  operator()(const float* a, const float* b, std::size_t, float = -1) const
+  {
+    using Vector = Eigen::Map<const Eigen::Matrix<float, PackedDescriptors::LENGTH, 1>>;
+    return (Vector(a) - Vector(b)).squaredNorm();
+  }
+
+  float
+  accum_dist(float a, float b, int) const
+  {
+    return (a - b) * (a - b);
+  }
+};
+
+using Search = pcl::search::FlannSearch<Descriptor, SquaredDistance>;
+
+/** A tree that grows from its first row. To build one, FLANN draws from the system's entropy and from
+ *  rand(), which all threads share; to add rows to it, it draws nothing. */
+class GrownTree : public flann::KDTreeIndex<SquaredDistance> {
+public:
+  explicit GrownTree(const flann::Matrix<float>& rows)
+  : KDTreeIndex({rows.ptr(), 1, rows.cols}, flann::KDTreeIndexParams(1))
+  , others_(rows[1], rows.rows - 1, rows.cols)
+  {
+  }
+
+  void
+  buildIndex() override
+  {
+    KDTreeIndex::buildIndex();
+    addPoints(others_, 0); // 0: never built anew
+  }
+
+private:
+  const flann::Matrix<float> others_;
+};
+
+class GrownTreeCreator : public Search::FlannIndexCreator {
+public:
+  Search::IndexPtr
+  createIndex(Search::MatrixConstPtr rows) override
+  {
+    return Search::IndexPtr(new GrownTree(*rows));
   }
 };
 
@@ -47,15 +100,15 @@ toCloud(const cv::Mat& descriptors)
 
 } // namespace
 
-struct DescriptorForest::Impl {
-  Search search{true, Search::FlannIndexCreatorPtr(new Search::KdTreeMultiIndexCreator(TREES))};
+struct DescriptorTree::Impl {
+  Search search{true, Search::FlannIndexCreatorPtr(new GrownTreeCreator)};
   int size = 0;
 };
 
-DescriptorForest::DescriptorForest(const cv::Mat& descriptors) : impl_(new Impl)
+DescriptorTree::DescriptorTree(const cv::Mat& descriptors) : impl_(new Impl)
 {
   impl_->size = descriptors.rows;
-  if (descriptors.rows == 0)
+  if (descriptors.rows < 2)
     return;
   impl_->search.setPointRepresentation(
       pcl::PointRepresentation<Descriptor>::ConstPtr(new HistogramRepresentation));
@@ -63,10 +116,10 @@ DescriptorForest::DescriptorForest(const cv::Mat& descriptors) : impl_(new Impl)
   impl_->search.setInputCloud(toCloud(descriptors));
 }
 
-DescriptorForest::~DescriptorForest() = default;
+DescriptorTree::~DescriptorTree() = default;
 
 std::vector<BestProducts>
-DescriptorForest::bestProducts(const cv::Mat& queries) const
+DescriptorTree::bestProducts(const cv::Mat& queries) const
 {
   std::vector<BestProducts> result(queries.rows);
   if (impl_->size < 2)

@@ -9,11 +9,11 @@
 
 namespace bundle_icp {
 
-/** A forest of randomised kd-trees over descriptors (pcl::search::FlannSearch). */
-class DescriptorForest {
+/** A kd-tree over descriptors (pcl::search::FlannSearch), the same in every run. */
+class DescriptorTree {
 public:
-  explicit DescriptorForest(const cv::Mat& descriptors);
-  ~DescriptorForest();
+  explicit DescriptorTree(const cv::Mat& descriptors);
+  ~DescriptorTree();
 
   /** For each row of `queries` the two most similar descriptors, approximately. */
   std::vector<BestProducts>
