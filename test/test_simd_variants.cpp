@@ -88,7 +88,7 @@ correctedDepths()
   calibration[CalibrationParameter::DEPTH_BIAS] = 0.01;
   calibration[CalibrationParameter::DEPTH_TILT_X] = 0.02;
   return bits(correctedDepth(room().read(0).depth, room().camera(), calibration,
-                             DepthError::Zero(), {}));
+                             DepthError::Zero()));
 }
 
 std::string

@@ -3,6 +3,13 @@
 #include "registration/depth_alignment.h"
 
 namespace bundle_icp {
+namespace {
+
+/** An adjustment weighs hundreds of pairs against each other and against matches: what one pair's residuals
+ * show by chance would decide between them. */
+constexpr double PAIR_MODEL_SHARE = 0.7;
+
+} // namespace
 
 DepthAlignment::DepthAlignment(const View& source, const VirtualDepthOptions& options)
 : source_cloud_(toPointCloud(*source)), rendering_(options)
@@ -44,6 +51,7 @@ DepthAlignment::alignToView(const DepthView& view, const Pose& start)
   target_cloud_ = toPointCloud(view);
   problem_.target = viewPoints(*target_cloud_);
   problem_.max_misalignment = 0;
+  problem_.model_share = PAIR_MODEL_SHARE;
   return alignPoints(problem_, start);
 }
 

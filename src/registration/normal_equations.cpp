@@ -96,7 +96,7 @@ solve(const DenseSystem& dense, double variance_factor, const VisualSystem& visu
 
 Matrix6d
 robustInformation(const Matrix6d& information, double variance_factor,
-                  const std::vector<Vector6d>& gradients)
+                  const std::vector<Vector6d>& gradients, double model_share)
 {
   const auto count = static_cast<double>(gradients.size());
   const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(information);
@@ -107,11 +107,11 @@ robustInformation(const Matrix6d& information, double variance_factor,
   const Eigen::MatrixXd basis = eigen.eigenvectors().rightCols(held);
   const Eigen::MatrixXd H = variance_factor * basis.transpose() * information * basis;
   // No data are as exact as those that agree by chance.
-  Eigen::MatrixXd M = LEAST_VARIANCE * H;
+  Eigen::MatrixXd M = (LEAST_VARIANCE + model_share * variance_factor) * H;
   // Six gradients' worth went into the pose.
   for (const Vector6d& gradient : gradients) {
     const Eigen::VectorXd g = basis.transpose() * gradient;
-    M += count / (count - 6) * g * g.transpose();
+    M += (1 - model_share) * count / (count - 6) * g * g.transpose();
   }
   const Matrix6d result = basis * (H * M.ldlt().solve(H)) * basis.transpose();
   return 0.5 * (result + result.transpose());

@@ -53,9 +53,10 @@ solve(const DenseSystem& dense, double variance_factor, const VisualSystem& visu
  * independent of each other. Unlike H it knows of errors that pixels share, and of structures that
  * are known worse than the rest.
  *  \param information of the step that is left, that is H / variance_factor, where the pose is held
- *  \param gradients of H's terms by tile; with less than a dozen `information` itself is returned */
+ *  \param gradients of H's terms by tile; with less than a dozen `information` itself is returned
+ *  \param model_share AlignmentProblem::model_share */
 Matrix6d
 robustInformation(const Matrix6d& information, double variance_factor,
-                  const std::vector<Vector6d>& gradients);
+                  const std::vector<Vector6d>& gradients, double model_share);
 
 } // namespace bundle_icp

@@ -418,7 +418,8 @@ Aligner::report(const Evaluation& at)
   to_center.bottomLeftCorner<3, 3>() = -crossMatrix(center_);
   to_origin.bottomLeftCorner<3, 3>() = crossMatrix(center_);
   const Matrix6d information =
-      grid_ ? robustInformation(at.step.information, at.variance, tileGradients(at.scale))
+      grid_ ? robustInformation(at.step.information, at.variance, tileGradients(at.scale),
+                                problem_.model_share)
             : at.step.information;
   result.information = to_center.transpose() * information * to_center;
   for (const Vector6d& direction : at.step.degenerate)

@@ -20,11 +20,11 @@ constexpr double SQUARED_NORM = 256 * 256;
 /** Of 1 - cosine of two descriptors: less than what images of different points have. */
 constexpr double MAX_DISTANCE = 0.25;
 /** Looser than that of matching: there are few others within a few pixels. */
-constexpr double SQUARED_RATIO = 0.9 * 0.9;
+constexpr double SQUARED_RATIO = 0.85 * 0.85;
 /** Sizes in space of two images of one point differ by at most this factor. */
 constexpr double MAX_SIZE_RATIO = 2;
 /** Fewer are chance. */
-constexpr std::size_t MIN_MATCHES = 8;
+constexpr std::size_t MIN_MATCHES = 10;
 /** Cosine of the angle between images that see the same from sides that SIFT bears. */
 constexpr double MIN_COSINE = 0.5;
 

@@ -18,6 +18,12 @@ constexpr int MAX_ITERATIONS = 15;
 /** The pose then moves by far less than it is known to. */
 constexpr double FUNCTION_TOLERANCE = 1e-8;
 
+/** Fewer residuals do not show how exact they are. */
+constexpr double MIN_RESIDUALS = 30;
+/** Of a residual, over that which its sigma says: no observations are as exact as those that agree by
+ *  chance. */
+constexpr double LEAST_VARIANCE = 0.0625;
+
 /** Six numbers of the motion, three of the depth error. */
 constexpr int SIZE = 9;
 using Matrix = Eigen::Matrix<double, SIZE, SIZE>;
@@ -58,12 +64,11 @@ public:
   std::optional<LeastSquaresStep<PoseState>>
   solve(const PoseState& state) const;
 
-  /** Normal equations where they were built last, not damped. */
-  const Matrix&
-  information() const
-  {
-    return hessian_;
-  }
+  /** What is known where the equations were built last: observations count as exact as they proved to be
+   *  together, since pixels are found better in sharp images than in blurred ones, and points of long
+   *  tracks are known better than those of short ones. */
+  Matrix
+  information() const;
 
 private:
   std::array<const double*, 4>
@@ -81,6 +86,9 @@ private:
   const bool depth_error_moves_;
   double damping_ = 0;
   Matrix hessian_ = Matrix::Zero();
+  Matrix observed_ = Matrix::Zero(); ///< the part of observations in it
+  double squared_error_ = 0;         ///< of observations, weighted
+  double num_residuals_ = 0;         ///< sum of their weights
   Vector gradient_ = Vector::Zero();
 };
 
@@ -103,16 +111,23 @@ void
 PoseProblem::build(const PoseState& state, double damping)
 {
   damping_ = damping;
-  hessian_.setZero();
+  observed_.setZero();
   gradient_.setZero();
+  squared_error_ = num_residuals_ = 0;
+  const double limit = options_.loss_scale * options_.loss_scale;
   for (std::size_t k = 0; k < observations_.size(); ++k) {
     ObservationRows rows =
         observations_[k].linearise(blocks(k, state).data(), options_.loss_scale, false);
     if (!depth_error_moves_)
       rows.by_image.rightCols<3>().setZero();
-    hessian_ += rows.by_image.transpose() * rows.by_image;
+    observed_ += rows.by_image.transpose() * rows.by_image;
     gradient_ += rows.by_image.transpose() * rows.residual;
+    // The robust weight w of a residual r with w r^2 = q is 1 - q / limit
+    const double pixel = rows.residual.head<2>().squaredNorm(), depth = std::pow(rows.residual[2], 2);
+    squared_error_ += pixel + depth;
+    num_residuals_ += 2 * (1 - pixel / limit) + (observations_[k].depth ? 1 - depth / limit : 0);
   }
+  hessian_ = observed_;
   const double* poses[] = {world_.values, state.pose.values};
   Vector6d residual;
   Eigen::Matrix<double, 6, 6, Eigen::RowMajor> by_motion;
@@ -125,6 +140,16 @@ PoseProblem::build(const PoseState& state, double damping)
   hessian_.diagonal().tail<3>().array() += depth_error_moves_ ? prior : 1;
   if (depth_error_moves_)
     gradient_.tail<3>() += prior * state.depth_error;
+}
+
+Matrix
+PoseProblem::information() const
+{
+  if (num_residuals_ < MIN_RESIDUALS)
+    return hessian_;
+  // Six residuals' worth went into the pose.
+  const double variance = std::max(LEAST_VARIANCE, squared_error_ / (num_residuals_ - 6));
+  return hessian_ + (1 / variance - 1) * observed_;
 }
 
 std::optional<LeastSquaresStep<PoseState>>

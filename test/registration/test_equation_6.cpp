@@ -6,7 +6,7 @@
 #include "scenes.h"
 #include "variants.h"
 
-#include "registration/depth_edges.h"
+#include "common/depth_edges.h"
 #include "registration/merge_views.h"
 
 using namespace bundle_icp;
@@ -28,7 +28,7 @@ cv::Mat
 renderTriangles(const DepthView& view, const Pose& virtual_from_view)
 {
   const CameraIntrinsics& camera = room().camera();
-  const SurfaceLink linked(view.camera, {});
+  const DepthEdges linked(view.camera);
   cv::Mat D(camera.height, camera.width, CV_64F, cv::Scalar(0));
   const auto render = [&](const Eigen::Matrix3d& corners) { // columns u, v, 1/D
     const Eigen::Array3d low = corners.rowwise().minCoeff(),

@@ -22,7 +22,8 @@ struct View {
   FusionView fusion;
 
   explicit View(int frame)
-      : samples(noisyFrame(frame), smallCamera(), coarseOptions(), 1),
+      : samples(noisyFrame(frame), smallCamera(), coarseOptions(),
+                smallCamera().depth_noise.sigma(1), 1),
         image_from_world(Eigen::Affine3d(camera()) * pose(frame).inverse()),
         fusion(makeFusionView(samples, image_from_world.linear(), coarseOptions(), {}))
   {

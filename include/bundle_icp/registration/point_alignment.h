@@ -106,6 +106,9 @@ struct AlignmentProblem {
   /** How far the surfaces may lie apart under the guess [m]: the coarse levels of projective
    * association allow for 0.03, 0.1 and 0.3 m, as far as that is within it. */
   double max_misalignment = 0.3;
+  /** Share of the noise model in the covariance, 0 to 1; the rest is what residuals show. A few dozen
+   * tiles of an image tell only roughly how they scatter. */
+  double model_share = 0.3;
   int max_iterations = 100;
   double max_distance = std::numeric_limits<double>::max(); ///< of a correspondence [m]
   double translation_epsilon =
