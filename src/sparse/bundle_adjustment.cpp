@@ -137,13 +137,17 @@ CeresProblem::solve(const BundleAdjustmentOptions& options)
       terms_.num_moving <= MAX_DENSE ? ceres::DENSE_SCHUR : ceres::SPARSE_SCHUR;
   solver.dense_linear_algebra_library_type = ceres::EIGEN;
   solver.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;
-  solver.linear_solver_ordering = std::make_shared<ceres::ParameterBlockOrdering>();
-  std::vector<double*> blocks;
-  problem_.GetParameterBlocks(&blocks);
-  for (double* const block : blocks)
-    solver.linear_solver_ordering->AddElementToGroup(block, 1);
-  for (Eigen::Vector3d& point : state_.points) // eliminated first
-    solver.linear_solver_ordering->AddElementToGroup(point.data(), 0);
+  // Points are eliminated first. Ceres orders the blocks of a group by their addresses, which repeat
+  // themselves within an array only: each is a group.
+  ceres::ParameterBlockOrdering ordering;
+  for (Eigen::Vector3d& point : state_.points)
+    ordering.AddElementToGroup(point.data(), 0);
+  for (PoseBlock& pose : state_.poses)
+    ordering.AddElementToGroup(pose.values, 1);
+  for (DepthError& depth_error : state_.depth_errors)
+    ordering.AddElementToGroup(depth_error.data(), 2);
+  ordering.AddElementToGroup(state_.calibration.data(), 3);
+  solver.linear_solver_ordering = std::make_shared<ceres::ParameterBlockOrdering>(ordering);
   solver.max_num_iterations = options.max_iterations;
   solver.function_tolerance = options.function_tolerance;
   solver.num_threads = 1;

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scenes.h"
 
+#include <bundle_icp/io/rgbd_dataset.h>
 #include <bundle_icp/registration/bundle_icp.h>
 
 #include <Eigen/Eigenvalues>
 #include <gtest/gtest.h>
 #include <pcl/common/transforms.h>
+
+#include <fstream>
 
 using namespace bundle_icp;
 using namespace bundle_icp::test;
@@ -334,6 +337,77 @@ TEST(BundleICP, InformationIsPositiveAndHonestWithinAnOrderOfMagnitude)
   // White noise is better than the correlated noise that the information allows for.
   EXPECT_LT(std::sqrt(squared), 2 * std::sqrt(promised));
   EXPECT_GT(std::sqrt(squared), 0.02 * std::sqrt(promised));
+}
+
+TEST(BundleICP, HasConvergedOnlyWhereTheCloudsMeet)
+{
+  // Without a camera, from where only planes that go on for ever would meet
+  Cloud::Ptr source(new Cloud), target(new Cloud);
+  for (std::size_t i = 0; i < pair().source->size(); i += 37) {
+    if (pcl::isFinite((*pair().source)[i]))
+      source->push_back((*pair().source)[i]);
+    if (pcl::isFinite((*pair().target)[i]))
+      target->push_back((*pair().target)[i]);
+  }
+  Registration reg;
+  reg.setInputSource(source);
+  reg.setInputTarget(target);
+  Cloud out;
+  for (const double distance : {0.0, 10.0, 50.0}) {
+    Pose guess = pair().truth;
+    guess.translation() += distance * Eigen::Vector3d(0.6, -0.64, 0.48);
+    reg.align(out, guess.matrix().cast<float>());
+    const bool right = (pair().truth.inverse() * poseOf(reg)).translation().norm() < 0.05;
+    EXPECT_EQ(reg.hasConverged(), right) << distance << " m";
+    EXPECT_TRUE(right || distance > 0);
+  }
+
+  // In millimetres with a camera, whose clouds are metres
+  Cloud::Ptr thousandfold[2];
+  for (int k = 0; k < 2; ++k) {
+    thousandfold[k].reset(new Cloud(k ? *pair().target : *pair().source));
+    for (Point& point : *thousandfold[k])
+      point.getVector3fMap() *= 1000;
+  }
+  reg.setCameraIntrinsics(room().camera());
+  reg.setInputSource(thousandfold[0]);
+  reg.setInputTarget(thousandfold[1]);
+  reg.align(out, Eigen::Matrix4f::Identity());
+  EXPECT_FALSE(reg.hasConverged());
+  EXPECT_EQ(reg.getResult().status, BundleICPStatus::NO_OVERLAP);
+}
+
+TEST(BundleICP, OnRealFramesIsRightOrHasNotConverged)
+{
+  int pairs = 0;
+  for (const char* name : {"freiburg1_xyz_10hz", "redkitchen_every4", "replica_walk_a"}) {
+    const std::string folder = std::string(BUNDLE_ICP_TEST_DATA) + "/" + name;
+    if (!std::ifstream(folder + "/depth.txt") && !std::ifstream(folder + "/frame-000000.depth.png"))
+      continue;
+    const RGBDDataset::Ptr scan = openDataset(folder);
+    for (const std::size_t first : {20, 100}) {
+      // The truth of a recording is less exact than this: what is found from near by counts.
+      Registration reg;
+      reg.setCameraIntrinsics(makeDepthView(scan->read(first).depth, scan->camera(), 4).camera);
+      reg.setInputTarget(toPointCloud(makeDepthView(scan->read(first).depth, scan->camera(), 4)));
+      reg.setInputSource(toPointCloud(makeDepthView(scan->read(first + 1).depth, scan->camera(), 4)));
+      Cloud out;
+      reg.align(out);
+      if (!reg.hasConverged())
+        continue;
+      const Pose near_by = poseOf(reg);
+      ++pairs;
+      for (const double distance : {0.3, 1.0, 3.0, 10.0})
+        for (unsigned seed = 0; seed < 4; ++seed) {
+          const Pose guess = near_by * randomMotion(seed, 0.02, distance);
+          reg.align(out, guess.matrix().cast<float>());
+          if (reg.hasConverged())
+            expectPose(poseOf(reg), near_by, 0.03, 1);
+        }
+    }
+  }
+  if (pairs == 0)
+    GTEST_SKIP() << "no recording in " << BUNDLE_ICP_TEST_DATA;
 }
 
 TEST(BundleICP, IsASoundIcpWithoutCameraOrGrid)

@@ -212,6 +212,12 @@ TEST(IncrementalMapper, GeometryRegistersAnImageWithoutFeatures)
   EXPECT_FALSE(mapper.registrations()[2].by_geometry);
   EXPECT_LT(largestErrors(model, scan.truth, 0).distance, 0.003);
 
+  MapperOptions visual; // virtual depth alone carries it
+  visual.method = ImageRegistrationMethod::VISUAL;
+  SparseModel without;
+  EXPECT_TRUE(IncrementalMapper(graph, scan.provider(), visual).run(without));
+  EXPECT_FALSE(without.isRegistered(3));
+
   MapperOptions options; // without time there is nothing to start from
   options.ordered_in_time = false;
   IncrementalMapper unordered(graph, scan.provider(), options);

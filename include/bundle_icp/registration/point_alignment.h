@@ -108,7 +108,7 @@ struct AlignmentProblem {
   double max_misalignment = 0.3;
   /** Share of the noise model in the covariance, 0 to 1; the rest is what residuals show. A few dozen
    * tiles of an image tell only roughly how they scatter. */
-  double model_share = 0.3;
+  double model_share = 0.15;
   int max_iterations = 100;
   double max_distance = std::numeric_limits<double>::max(); ///< of a correspondence [m]
   double translation_epsilon =
