@@ -323,8 +323,9 @@ printSummary(const Arguments& arguments, const RGBDDataset& dataset, const Recon
               << "partner, for example " << dataset.skipped().front().file << ": "
               << dataset.skipped().front().reason << "\n";
   const DepthNoise& noise = dataset.camera().depth_noise;
-  std::cerr << "sensor: " << sensorName(noise) << ", depth deviates by " << noise.constant << " m + "
-            << noise.quadratic << " /m (z - " << noise.offset << " m)^2\n";
+  if (!arguments.is_quiet)
+    std::cerr << "sensor: " << sensorName(noise) << ", depth deviates by " << noise.constant << " m + "
+              << noise.quadratic << " /m (z - " << noise.offset << " m)^2\n";
   printReasons(result, 3);
   printCorrections(result);
   printObject(result);

@@ -206,6 +206,8 @@ Reconstruction::mapImages()
   IncrementalMapper mapper(
       *result_.graph, depth_of_image, mapperOptions(options_, scan_.dataset().isOrdered()));
   const bool completed = mapper.run(result_.model, progress_);
+  if (is_last_)
+    scan_.releaseDescriptors();
   result_.self_calibration = mapper.selfCalibration();
   chooseWorld();
   reportFrames(mapper.registrations());

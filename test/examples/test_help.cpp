@@ -52,7 +52,6 @@ const std::map<std::string, std::vector<std::string>> options_of = {
       "--focal-length",
       "--seed",
       "--surface-spacing",
-      "--solver",
       "--threads",
       "-q [ --quiet ]",
       "--full-noise",

@@ -88,7 +88,7 @@ TEST_F(ReconstructScan, MeshIsFilledAndDecimatedAndWrittenInEachFormat)
   EXPECT_LT(mesh["decimation"]["error"], 0.1);
   EXPECT_EQ(boost::filesystem::file_size(out + "/mesh.stl"),
             84 + 50 * mesh["triangles"].get<std::size_t>());
-  EXPECT_CONTAINS(readText(out + "/mesh.obj"), "# End of File");
+  EXPECT_CONTAINS(readText(out + "/mesh.obj"), "\nf ");
   pcl::PCLPointCloud2 vertices;
   ASSERT_EQ(pcl::io::loadPLYFile(out + "/mesh.ply", vertices), 0);
   for (const char* field : {"normal_x", "rgb", "weight", "std_deviation"})
