@@ -410,7 +410,7 @@ accumulate(const Matches& matches, double scale, int num_threads)
 {
   const std::size_t chunks = (matches.size() + CHUNK - 1) / CHUNK;
   std::vector<Sums> partial(chunks);
-  const float cutoff = static_cast<float>(4.685 * scale),
+  const float cutoff = static_cast<float>(TUKEY_CUTOFF * scale),
               inlier = static_cast<float>(3 * scale);
 #pragma omp parallel for num_threads(resolveThreads(num_threads)) schedule(static)
   for (std::size_t c = 0; c < chunks; ++c)

@@ -99,12 +99,14 @@ robustScale(const Matches& matches);
 double
 rmsError(const Matches& matches);
 
+/** Beyond so many standard deviations Tukey's biweight is 0: 95 % efficient on normal errors. */
+constexpr double TUKEY_CUTOFF = 4.685;
+
 /** Tukey's biweight of a normalised residual. */
 constexpr double
 robustWeight(double error)
 {
-  constexpr double CUTOFF = 4.685;
-  const double inside = 1 - error * error / (CUTOFF * CUTOFF);
+  const double inside = 1 - error * error / (TUKEY_CUTOFF * TUKEY_CUTOFF);
   return inside > 0 ? inside * inside : 0;
 }
 

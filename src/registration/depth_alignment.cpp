@@ -12,7 +12,7 @@ constexpr double PAIR_MODEL_SHARE = 0.7;
 } // namespace
 
 DepthAlignment::DepthAlignment(const View& source, const VirtualDepthOptions& options)
-: source_cloud_(toPointCloud(*source)), rendering_(options)
+: rendering_(options), source_cloud_(toPointCloud(*source))
 {
   problem_.source = viewPoints(*source_cloud_);
   problem_.camera = source->camera;
@@ -26,33 +26,34 @@ DepthAlignment::setVisualEvidence(const VisualCorrespondences& matches, double s
   problem_.visual_scale = scale;
 }
 
-Alignment
-DepthAlignment::alignToVirtualDepth(const std::vector<View>& views,
-                                    const std::vector<Pose>& world_from_views,
-                                    const Pose& start)
+PointsView
+DepthAlignment::render(const Pose& world_from_virtual)
 {
-  std::vector<RegisteredView> registered;
-  for (std::size_t i = 0; i < views.size(); ++i)
-    registered.push_back({views[i].get(), world_from_views[i]});
-  const auto render = [&](const Pose& world_from_virtual) {
-    target_cloud_ = toPointCloud(
-        renderVirtualDepth(registered, *problem_.camera, world_from_virtual, rendering_));
-    return std::make_optional(viewPoints(*target_cloud_));
-  };
-  problem_.world_from_virtual = start;
-  problem_.target = *render(start);
-  problem_.render = render;
-  return alignPoints(problem_, start);
+  target_cloud_ = toPointCloud(
+      renderVirtualDepth(registered_, *problem_.camera, world_from_virtual, rendering_));
+  return viewPoints(*target_cloud_);
 }
 
-Alignment
-DepthAlignment::alignToView(const DepthView& view, const Pose& start)
+void
+DepthAlignment::setVirtualDepth(const std::vector<View>& views,
+                                const std::vector<Pose>& world_from_views,
+                                const Pose& start)
+{
+  views_ = views;
+  for (std::size_t i = 0; i < views.size(); ++i)
+    registered_.push_back({views[i].get(), world_from_views[i]});
+  problem_.world_from_virtual = start;
+  problem_.target = render(start);
+  problem_.render = [this](const Pose& pose) { return std::make_optional(render(pose)); };
+}
+
+void
+DepthAlignment::setView(const DepthView& view)
 {
   target_cloud_ = toPointCloud(view);
   problem_.target = viewPoints(*target_cloud_);
   problem_.max_misalignment = 0;
   problem_.model_share = PAIR_MODEL_SHARE;
-  return alignPoints(problem_, start);
 }
 
 } // namespace bundle_icp

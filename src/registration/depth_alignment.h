@@ -10,8 +10,7 @@
 
 namespace bundle_icp {
 
-/** Aligns an image's depth with that of others: lines 3 to 7 of Algorithm 1 for depth images, of which it
- *  keeps what alignPoints() needs. */
+/** What alignPoints() needs to align an image's depth with that of others, and keeps as long as it runs. */
 class DepthAlignment {
 public:
   using View = std::shared_ptr<const DepthView>;
@@ -22,25 +21,38 @@ public:
   DepthAlignment&
   operator=(const DepthAlignment&) = delete;
 
-  /** \param matches in the source's frame; the start of align() is their robust fit
+  /** \param matches in the source's frame; the start is their robust fit
    *  \param scale VisualPose::scale of that fit */
   void
   setVisualEvidence(const VisualCorrespondences& matches, double scale);
 
-  /** Against the virtual depth of registered images, equation (6): rendered at the start, and anew when
-   *  the pose has moved from there. \return world_from_source */
-  Alignment
-  alignToVirtualDepth(const std::vector<View>& views, const std::vector<Pose>& world_from_views, const Pose& start);
+  /** The target is the virtual depth of registered images, equation (6): rendered at the start, and
+   *  anew when the pose has moved from there. */
+  void
+  setVirtualDepth(const std::vector<View>& views,
+                  const std::vector<Pose>& world_from_views,
+                  const Pose& start);
 
-  /** Against one image, near a start that is adjusted. \return view_from_source */
-  Alignment
-  alignToView(const DepthView& view, const Pose& start);
+  /** The target is one image, near a start that is adjusted. */
+  void
+  setView(const DepthView& view);
+
+  const AlignmentProblem&
+  problem() const
+  {
+    return problem_;
+  }
 
 private:
   using Cloud = pcl::PointCloud<pcl::PointXYZRGBNormal>;
 
-  Cloud::Ptr source_cloud_, target_cloud_;
+  PointsView
+  render(const Pose& world_from_virtual);
+
   VirtualDepthOptions rendering_;
+  std::vector<View> views_; ///< held for registered_
+  std::vector<RegisteredView> registered_;
+  Cloud::Ptr source_cloud_, target_cloud_;
   AlignmentProblem problem_;
 };
 

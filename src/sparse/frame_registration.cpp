@@ -2,7 +2,6 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "sparse/frame_registration.h"
 
-#include "registration/depth_alignment.h"
 #include "sparse/pnp_pose.h"
 
 #include <opencv2/core.hpp>
@@ -93,6 +92,15 @@ informationInWorld(const RelativePoseTerm& term, const Pose& world_from_first)
   return adjoint.transpose() * term.information * adjoint;
 }
 
+/** With the sources in another frame. */
+VisualCorrespondences
+transformed(VisualCorrespondences matches, const Pose& new_from_old)
+{
+  for (Eigen::Vector3d& point : matches.source)
+    point = new_from_old * point;
+  return matches;
+}
+
 } // namespace
 
 void
@@ -145,10 +153,16 @@ FrameRegistrar::bundleICP(const SparseModel& model, const NewFrame& frame) const
   const FrameRegistration visual = adjusted(model, frame.image, matches, {start}, report);
   if (initial && !canDepthImprove(frame.image, visual))
     return visual;
-  // 3 to 7: I_vir^d = Virtual Depth(T*_new, I_reg^d), then, until T*_new stays, A_a =
-  // Compute_Closest_Points(T*_new, I_vir^d, I_new^d) and T*_new = Optimized_Alignment(T*_new, ...)
-  const Alignment dense =
-      alignToVirtualDepth(model, frame, matches, initial ? initial->scale : 1, start);
+  // 3: I_vir^d = Virtual Depth(T*_new, I_reg^d), from where the camera was when depth was taken
+  const Pose depth_from_color = model.depthFromColor(frame.image);
+  const Pose depth_start = start * depth_from_color.inverse();
+  DepthAlignment alignment(depth_views_(frame.image, model), virtualDepthOptions(frame.num_threads));
+  showVirtualDepth(model, frame, depth_start, alignment);
+  if (initial)
+    alignment.setVisualEvidence(transformed(matches.points, depth_from_color), initial->scale);
+  // 4 to 7: until T*_new stays, A_a = Compute_Closest_Points(T*_new, I_vir^d, I_new^d) and
+  // T*_new = Optimized_Alignment(T*_new, I_vir^d, I_new^d)
+  const Alignment dense = alignPoints(alignment.problem(), depth_start);
   // The verdict: what both say together, if depth says anything
   report.icp_rmse = dense.result.rmse;
   if (!isEvidence(dense.result, report))
@@ -246,13 +260,12 @@ FrameRegistrar::canDepthImprove(std::size_t image, const FrameRegistration& visu
   return rotation * rotation + position * position > LEAST_DENSE_GAIN;
 }
 
-/** Of the best covisible images; between the poses of the camera when depth was taken. */
-Alignment
-FrameRegistrar::alignToVirtualDepth(const SparseModel& model,
-                                    const NewFrame& frame,
-                                    const Correspondences& matches,
-                                    double visual_scale,
-                                    const Pose& start) const
+/** Of the best covisible images. */
+void
+FrameRegistrar::showVirtualDepth(const SparseModel& model,
+                                 const NewFrame& frame,
+                                 const Pose& start,
+                                 DepthAlignment& alignment) const
 {
   std::vector<DepthAlignment::View> views;
   std::vector<Pose> poses;
@@ -262,15 +275,15 @@ FrameRegistrar::alignToVirtualDepth(const SparseModel& model,
     views.push_back(depth_views_(neighbour.image, model));
     poses.push_back(model.worldFromDepth(neighbour.image));
   }
+  alignment.setVirtualDepth(views, poses, start);
+}
+
+VirtualDepthOptions
+FrameRegistrar::virtualDepthOptions(int num_threads) const
+{
   VirtualDepthOptions options = options_.virtual_depth;
-  options.num_threads = frame.num_threads;
-  const Pose depth_from_color = model.depthFromColor(frame.image);
-  VisualCorrespondences visual = matches.points;
-  for (Eigen::Vector3d& point : visual.source)
-    point = depth_from_color * point;
-  DepthAlignment alignment(depth_views_(frame.image, model), options);
-  alignment.setVisualEvidence(visual, visual_scale);
-  return alignment.alignToVirtualDepth(views, poses, start * depth_from_color.inverse());
+  options.num_threads = num_threads;
+  return options;
 }
 
 /** Whether ICP measured the pose: it ended where the surfaces meet and, on its own, leaves nothing open;
@@ -367,10 +380,9 @@ FrameRegistrar::registerPair(const SparseModel& model, std::size_t first, std::s
   const std::shared_ptr<const DepthView> target = depth_views_(first, model);
   const std::shared_ptr<const DepthView> source = depth_views_(second, model);
   const Pose guess = model.worldFromDepth(first).inverse() * model.worldFromDepth(second);
-  VirtualDepthOptions options = options_.virtual_depth;
-  options.num_threads = 1;
-  const BundleICPResult result =
-      DepthAlignment(source, options).alignToView(*target, guess).result;
+  DepthAlignment alignment(source, virtualDepthOptions(1));
+  alignment.setView(*target);
+  const BundleICPResult result = alignPoints(alignment.problem(), guess).result;
   if (result.status != BundleICPStatus::CONVERGED || result.overlap < 0.2)
     return std::nullopt;
   RelativePoseTerm term;

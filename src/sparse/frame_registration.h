@@ -5,6 +5,7 @@
 #include <bundle_icp/registration/point_alignment.h>
 #include <bundle_icp/sparse/incremental_mapper.h>
 
+#include "registration/depth_alignment.h"
 #include "sparse/pose_adjustment.h"
 
 #include <optional>
@@ -101,12 +102,14 @@ private:
   bool
   canDepthImprove(std::size_t image, const FrameRegistration& visual) const;
 
-  Alignment
-  alignToVirtualDepth(const SparseModel& model,
-                      const NewFrame& frame,
-                      const Correspondences& matches,
-                      double visual_scale,
-                      const Pose& start) const;
+  void
+  showVirtualDepth(const SparseModel& model,
+                   const NewFrame& frame,
+                   const Pose& start,
+                   DepthAlignment& alignment) const;
+
+  VirtualDepthOptions
+  virtualDepthOptions(int num_threads) const;
 
   bool
   isEvidence(const BundleICPResult& dense, ImageRegistration& report) const;
