@@ -40,8 +40,8 @@ constexpr double COARSE_BUDGET = 0.15, ALL_COARSE_BUDGET = 0.75;
 constexpr double MIN_SCALE = 0.25;
 /** Nor does more of it than this make points lie on the target that are far from it. */
 constexpr double LARGEST_SCALE = 2;
-/** Clouds meet when at least this share of the source lies on the target, and more speaks for the pose than
- * against it. On pairs of three recordings, right poses have an agreement of 0.75 and more but for steps of
+/** Clouds meet when at least this share of the source lies on the target, and clearly more speaks for the
+ * pose than against it. On pairs of three recordings, right poses have an agreement of 0.75 and more but for steps of
  * half a metre (0.55), wrong ones that ICP was led to 0.5 and less. */
 constexpr double MIN_OVERLAP = 0.1, MIN_AGREEMENT = 0.6;
 /** The virtual depth is rendered anew when the pose has moved further than this. */

@@ -36,7 +36,7 @@ namespace bundle_icp {
  *  (default 1e-8), the rotation epsilon a cosine (default 0: 1 - transformation
  * epsilon), the Euclidean fitness epsilon a relative change of the mean squared
  * distance. At most 100 iterations by default. As in pcl::IterativeClosestPoint,
- * reaching the limit counts as converged. The kd-tree of the target is built when it is
+ * reaching the limit counts as converged, where the clouds meet (BundleICPStatus). The kd-tree of the target is built when it is
  * first needed. */
 template <typename PointSource, typename PointTarget, typename Scalar = float>
 class BundleICP : public pcl::Registration<PointSource, PointTarget, Scalar> {
