@@ -23,8 +23,8 @@ constexpr double MAX_DISTANCE = 0.25;
 constexpr double SQUARED_RATIO = 0.85 * 0.85;
 /** Sizes in space of two images of one point differ by at most this factor. */
 constexpr double MAX_SIZE_RATIO = 2;
-/** Fewer are chance. */
-constexpr std::size_t MIN_MATCHES = 10;
+/** M_th of equation (5) holds for these pairs, too: fewer are chance. */
+const std::size_t MIN_MATCHES = MatchingOptions().min_matches;
 /** Cosine of the angle between images that see the same from sides that SIFT bears. */
 constexpr double MIN_COSINE = 0.5;
 
