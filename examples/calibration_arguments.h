@@ -38,9 +38,8 @@ parseKnownDistance(const std::string& text)
   Calibration calibration;
   calibration.scaleDepth(exact / measured);
   if (!calibration.isValid())
-    throw UsageError(
-        "--known-distance " + text +
-        ": the lengths differ by a factor of 2 or more; see --depth-scale");
+    throw UsageError("--known-distance " + text +
+                     ": the lengths differ by a factor of 2 or more; see --depth-scale");
   return exact / measured;
 }
 
@@ -49,13 +48,13 @@ describeCalibration(CalibrationArguments& arguments)
 {
   namespace po = boost::program_options;
   po::options_description options("Calibration");
-  options.add_options()(
-      "calibration", po::value(&arguments.file)->value_name("FILE"),
+  auto add = options.add_options();
+  add("calibration", po::value(&arguments.file)->value_name("FILE"),
       "OUT/calibration.json of an earlier scan with this camera: its corrections are "
       "taken as they are, and only the depth error of each image is estimated; "
       "default: "
-      "corrections that the scan supports are estimated")(
-      "known-distance",
+      "corrections that the scan supports are estimated");
+  add("known-distance",
       po::value<std::string>()
           ->value_name("MEASURED,TRUE")
           ->notifier([&arguments](const std::string& text) {
@@ -64,8 +63,8 @@ describeCalibration(CalibrationArguments& arguments)
       "a length in a reconstruction made with the same calibration, and what it truly "
       "is [m]: all depth is scaled by TRUE / MEASURED, which no scan can tell; "
       "default: "
-      "depth as recorded")("no-calibration", po::bool_switch(&arguments.is_off),
-                           "estimate no corrections");
+      "depth as recorded");
+  add("no-calibration", po::bool_switch(&arguments.is_off), "estimate no corrections");
   return options;
 }
 

@@ -16,8 +16,7 @@ struct EIGEN_ALIGN16 StampedPoint {
   PCL_MAKE_ALIGNED_OPERATOR_NEW
 };
 POINT_CLOUD_REGISTER_POINT_STRUCT(StampedPoint,
-                                  (float, x, x)(float, y, y)(float, z, z)(double, stamp,
-                                                                          stamp))
+                                  (float, x, x)(float, y, y)(float, z, z)(double, stamp, stamp))
 
 int
 main()

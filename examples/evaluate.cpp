@@ -54,27 +54,25 @@ describeOptions(Arguments& arguments)
 {
   SurfaceErrorOptions& surface = arguments.surface_options;
   po::options_description options("Options");
-  options.add_options()("help,h", "print this text")(
-      "json", po::bool_switch(&arguments.json), "print JSON instead of a table")(
-      "frames", po::value(&arguments.frames)->value_name("LIST"),
+  auto add = options.add_options();
+  add("help,h", "print this text");
+  add("json", po::bool_switch(&arguments.json), "print JSON instead of a table");
+  add("frames", po::value(&arguments.frames)->value_name("LIST"),
       "file whose first column holds the time stamps of all frames [s], for the share "
       "of "
       "frames with a pose; default: those of the recording when GROUNDTRUTH is a "
-      "folder")("max-difference",
-                po::value(&arguments.max_difference)
-                    ->value_name("S")
-                    ->default_value(0.02, "0.02"),
-                "largest time between a pose and its true pose [s]")(
-      "mesh", po::value(&arguments.mesh)->value_name("MESH.ply"),
-      "mesh in the trajectory's world frame [m]; needs --surface")(
-      "surface", po::value(&arguments.surface)->value_name("SURFACE.ply"),
-      "points of the true surface in the true world frame [m]")(
-      "complete-within",
-      po::value(&surface.completeness_distance)
-          ->value_name("M")
-          ->default_value(0.01, "0.01"),
-      "a true point this close to the mesh counts as reconstructed [m]")(
-      "threads", po::value(&surface.num_threads)->value_name("N")->default_value(0),
+      "folder");
+  add("max-difference",
+      po::value(&arguments.max_difference)->value_name("S")->default_value(0.02, "0.02"),
+      "largest time between a pose and its true pose [s]");
+  add("mesh", po::value(&arguments.mesh)->value_name("MESH.ply"),
+      "mesh in the trajectory's world frame [m]; needs --surface");
+  add("surface", po::value(&arguments.surface)->value_name("SURFACE.ply"),
+      "points of the true surface in the true world frame [m]");
+  add("complete-within",
+      po::value(&surface.completeness_distance)->value_name("M")->default_value(0.01, "0.01"),
+      "a true point this close to the mesh counts as reconstructed [m]");
+  add("threads", po::value(&surface.num_threads)->value_name("N")->default_value(0),
       "threads, 0 = all");
   return options;
 }
@@ -101,24 +99,22 @@ parse(int argc, char** argv)
   Arguments arguments;
   const po::options_description visible = describeOptions(arguments);
   po::options_description all;
-  all.add(visible).add_options()("truth", po::value(&arguments.truth))(
-      "trajectory", po::value(&arguments.trajectory));
+  auto add_positional = all.add(visible).add_options();
+  add_positional("truth", po::value(&arguments.truth));
+  add_positional("trajectory", po::value(&arguments.trajectory));
   po::positional_options_description positional;
   positional.add("truth", 1).add("trajectory", 1);
   po::variables_map values;
-  po::store(
-      po::command_line_parser(argc, argv).options(all).positional(positional).run(),
-      values);
+  po::store(po::command_line_parser(argc, argv).options(all).positional(positional).run(), values);
   po::notify(values);
   if (values.count("help")) {
-    std::cout
-        << "Usage: bundle_icp_evaluate GROUNDTRUTH TRAJECTORY [options]\n\n"
-           "ATE after rigid alignment without scale, and RPE, as the TUM RGB-D "
-           "benchmark defines them.\nGROUNDTRUTH: trajectory in TUM format, or the "
-           "folder of a recording that holds poses.\nTRAJECTORY: estimated poses in "
-           "TUM "
-           "format (timestamp tx ty tz qx qy qz qw).\n\n"
-        << visible;
+    std::cout << "Usage: bundle_icp_evaluate GROUNDTRUTH TRAJECTORY [options]\n\n"
+                 "ATE after rigid alignment without scale, and RPE, as the TUM RGB-D "
+                 "benchmark defines them.\nGROUNDTRUTH: trajectory in TUM format, or the "
+                 "folder of a recording that holds poses.\nTRAJECTORY: estimated poses in "
+                 "TUM "
+                 "format (timestamp tx ty tz qx qy qz qw).\n\n"
+              << visible;
     return std::nullopt;
   }
   check(arguments);
@@ -178,9 +174,8 @@ compareSurfaces(const pcl::PolygonMesh& mesh, const SurfaceMesh& truth,
 Evaluation
 evaluate(const Arguments& arguments)
 {
-  Truth truth = fs::is_directory(arguments.truth)
-                    ? readTruthFolder(arguments.truth)
-                    : Truth{readTrajectory(arguments.truth), {}};
+  Truth truth = fs::is_directory(arguments.truth) ? readTruthFolder(arguments.truth)
+                                                  : Truth{readTrajectory(arguments.truth), {}};
   if (!arguments.frames.empty())
     truth.frames = readTimestamps(arguments.frames);
   const Trajectory estimate = readTrajectory(arguments.trajectory);
@@ -189,8 +184,8 @@ evaluate(const Arguments& arguments)
   if (!absolute)
     throw pcl::IOException(arguments.trajectory + ": fewer than 3 of its " +
                            std::to_string(estimate.size()) + " poses lie within " +
-                           std::to_string(arguments.max_difference) +
-                           " s of a pose of " + arguments.truth);
+                           std::to_string(arguments.max_difference) + " s of a pose of " +
+                           arguments.truth);
   Evaluation result;
   result.absolute = *absolute;
   result.num_poses = estimate.size();
@@ -215,11 +210,8 @@ evaluate(const Arguments& arguments)
 nlohmann::ordered_json
 toJson(const ErrorStatistics& s)
 {
-  return {{"rmse", s.rmse},
-          {"mean", s.mean},
-          {"median", s.median},
-          {"max", s.max},
-          {"count", s.count}};
+  return {
+      {"rmse", s.rmse}, {"mean", s.mean}, {"median", s.median}, {"max", s.max}, {"count", s.count}};
 }
 
 nlohmann::ordered_json
@@ -227,8 +219,7 @@ toJson(const std::optional<RelativePoseError>& error)
 {
   if (!error)
     return nullptr;
-  return {{"translation_m", toJson(error->translation)},
-          {"rotation_rad", toJson(error->rotation)}};
+  return {{"translation_m", toJson(error->translation)}, {"rotation_rad", toJson(error->rotation)}};
 }
 
 void
@@ -260,11 +251,10 @@ void
 printRelative(const char* name, const std::optional<RelativePoseError>& error)
 {
   if (error)
-    std::printf(
-        "RPE %-15s translation rmse %.6f m  rotation rmse %.6f rad  mean %.6f rad"
-        "  (%zu pairs)\n",
-        name, error->translation.rmse, error->rotation.rmse, error->rotation.mean,
-        error->rotation.count);
+    std::printf("RPE %-15s translation rmse %.6f m  rotation rmse %.6f rad  mean %.6f rad"
+                "  (%zu pairs)\n",
+                name, error->translation.rmse, error->rotation.rmse, error->rotation.mean,
+                error->rotation.count);
   else
     std::printf("RPE %-15s not known: fewer than 2 pairs\n", name);
 }
@@ -273,12 +263,11 @@ void
 printTable(const Evaluation& e, const Arguments& arguments)
 {
   if (e.num_frames > 0)
-    std::printf("frames with a pose  %zu of %zu (%.1f %%)\n", e.num_frames_with_pose,
-                e.num_frames, 100.0 * e.num_frames_with_pose / e.num_frames);
+    std::printf("frames with a pose  %zu of %zu (%.1f %%)\n", e.num_frames_with_pose, e.num_frames,
+                100.0 * e.num_frames_with_pose / e.num_frames);
   else
-    std::printf(
-        "frames with a pose  not known (%zu poses; give --frames or a folder)\n",
-        e.num_poses);
+    std::printf("frames with a pose  not known (%zu poses; give --frames or a folder)\n",
+                e.num_poses);
   const ErrorStatistics& ate = e.absolute.translation;
   std::printf("ATE                 rmse %.6f m  mean %.6f m  median %.6f m  max %.6f m"
               "  (%zu pairs)\n",
@@ -293,8 +282,7 @@ printTable(const Evaluation& e, const Arguments& arguments)
               "  (%zu samples)\n",
               mesh.mean, mesh.rmse, mesh.median, mesh.max, mesh.count);
   std::printf("mesh completeness   %.1f %% of the surface within %g m\n",
-              100 * e.surface->completeness,
-              arguments.surface_options.completeness_distance);
+              100 * e.surface->completeness, arguments.surface_options.completeness_distance);
 }
 
 int

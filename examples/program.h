@@ -91,8 +91,7 @@ public:
       shown_ = -1;
     }
     const int resolution = is_terminal_ ? bar_width : 10;
-    const int part =
-        progress.total > 0 ? int(resolution * progress.done / progress.total) : 0;
+    const int part = progress.total > 0 ? int(resolution * progress.done / progress.total) : 0;
     if (part == shown_)
       return true;
     shown_ = part;
@@ -107,8 +106,7 @@ private:
   drawBar(const Progress& progress, int part)
   {
     std::fprintf(stderr, "\r%-20s [%-*s] %zu/%zu ", stage_.c_str(), bar_width,
-                 std::string(std::size_t(part), '#').c_str(), progress.done,
-                 progress.total);
+                 std::string(std::size_t(part), '#').c_str(), progress.done, progress.total);
     std::fflush(stderr);
     is_bar_open_ = true;
   }
@@ -117,8 +115,7 @@ private:
   printLine(const Progress& progress) const
   {
     if (progress.total > 0)
-      std::fprintf(stderr, "%s %zu/%zu\n", stage_.c_str(), progress.done,
-                   progress.total);
+      std::fprintf(stderr, "%s %zu/%zu\n", stage_.c_str(), progress.done, progress.total);
     else
       std::fprintf(stderr, "%s\n", stage_.c_str());
   }

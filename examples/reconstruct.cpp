@@ -55,13 +55,15 @@ parseRegion(const std::string& text)
 {
   const std::vector<double> v = parseNumbers(text);
   if (v.size() == 6) {
-    const Eigen::AlignedBox3d box(Eigen::Vector3d(v[0], v[1], v[2]), Eigen::Vector3d(v[3], v[4], v[5]));
+    const Eigen::AlignedBox3d box(Eigen::Vector3d(v[0], v[1], v[2]),
+                                  Eigen::Vector3d(v[3], v[4], v[5]));
     if (box.isEmpty())
       throw UsageError("--roi " + text + ": expected x0,y0,z0,x1,y1,z1 with x0 < x1 and so on");
     return box;
   }
   if (v.size() != 10)
-    throw UsageError("--roi " + text + ": expected x0,y0,z0,x1,y1,z1 or "
+    throw UsageError("--roi " + text +
+                     ": expected x0,y0,z0,x1,y1,z1 or "
                      "cx,cy,cz,sx,sy,sz,qx,qy,qz,qw or object");
   const Eigen::Quaterniond turn(v[9], v[6], v[7], v[8]);
   if (!(std::abs(turn.norm() - 1) < 1e-3))
@@ -77,48 +79,50 @@ parseRegion(const std::string& text)
 void
 describeSurface(ReconstructionOptions& options, po::options_description& run)
 {
-  run.add_options()(
-      "voxel-size",
+  auto add = run.add_options();
+  add("voxel-size",
       po::value(&options.volume.voxel_size)->value_name("M")->default_value(0.005, "0.005"),
-      "edge of a voxel of the surface [m]")(
-      "truncation",
-      po::value<double>()->value_name("M"),
-      "truncation of the signed distance [m]; default: 8 voxels, at least 0.012, at most 100 voxels")(
-      "roi",
-      po::value<std::string>()->value_name("BOX"),
+      "edge of a voxel of the surface [m]");
+  add("truncation", po::value<double>()->value_name("M"),
+      "truncation of the signed distance [m]; default: 8 voxels, at least 0.012, at most 100 "
+      "voxels");
+  add("roi", po::value<std::string>()->value_name("BOX"),
       "to what the surface is limited [m], in the camera frame of the earliest frame with a pose: "
-      "x0,y0,z0,x1,y1,z1 (corners), or cx,cy,cz,sx,sy,sz,qx,qy,qz,qw (centre, lengths of the edges, "
-      "orientation of a turned box), or object: what stands on the dominant plane and most frames look "
-      "at, with 2 cm around it; default: everything")(
-      "min-depth",
-      po::value(&options.volume.min_depth)->value_name("M")->default_value(0.1, "0.1"),
-      "nearer depth takes no part in the surface [m]")(
-      "max-depth",
-      po::value(&options.volume.max_depth)->value_name("M")->default_value(5.0, "5"),
-      "farther depth takes no part in the surface [m]")("no-mesh", "poses and sparse model only")(
-      "mesh-format",
-      po::value<std::string>()->value_name("LIST")->default_value("ply"),
-      "files of the mesh, of ply,obj,stl")(
-      "smooth",
+      "x0,y0,z0,x1,y1,z1 (corners), or cx,cy,cz,sx,sy,sz,qx,qy,qz,qw (centre, lengths of the "
+      "edges, "
+      "orientation of a turned box), or object: what stands on the dominant plane and most frames "
+      "look "
+      "at, with 2 cm around it; default: everything");
+  add("min-depth", po::value(&options.volume.min_depth)->value_name("M")->default_value(0.1, "0.1"),
+      "nearer depth takes no part in the surface [m]");
+  add("max-depth", po::value(&options.volume.max_depth)->value_name("M")->default_value(5.0, "5"),
+      "farther depth takes no part in the surface [m]");
+  add("no-mesh", "poses and sparse model only");
+  add("mesh-format", po::value<std::string>()->value_name("LIST")->default_value("ply"),
+      "files of the mesh, of ply,obj,stl");
+  add("smooth",
       po::value(&options.mesh.smoothing.iterations)
           ->value_name("N")
           ->default_value(options.mesh.smoothing.iterations),
-      "times that noise is taken off the mesh: vertices move towards the surface of their neighbours, "
-      "steps that the measurements tell from noise stay; 0 = not")(
-      "min-component",
+      "times that noise is taken off the mesh: vertices move towards the surface of their "
+      "neighbours, "
+      "steps that the measurements tell from noise stay; 0 = not");
+  add("min-component",
       po::value(&options.mesh.cleaning.min_component_area)
           ->value_name("M2")
           ->default_value(0.002, "0.002"),
-      "separate pieces of the mesh of less area are removed [m^2]; 0 = none")(
-      "fill-holes",
+      "separate pieces of the mesh of less area are removed [m^2]; 0 = none");
+  add("fill-holes",
       po::value(&options.mesh.cleaning.max_hole_perimeter)->value_name("M")->default_value(0),
-      "holes whose boundary is at most this long [m] and of at most 1000 edges are closed; 0 = none")(
-      "decimate",
+      "holes whose boundary is at most this long [m] and of at most 1000 edges are closed; 0 = "
+      "none");
+  add("decimate",
       po::value(&options.mesh.decimation.max_triangles)->value_name("N")->default_value(0),
-      "edges are collapsed until the mesh has this many triangles; 0 = not")(
-      "decimate-error",
+      "edges are collapsed until the mesh has this many triangles; 0 = not");
+  add("decimate-error",
       po::value(&options.mesh.decimation.max_error)->value_name("M")->default_value(0),
-      "edges are collapsed as long as no vertex of the mesh before is farther than this from the one "
+      "edges are collapsed as long as no vertex of the mesh before is farther than this from the "
+      "one "
       "after [m]; 0 = no limit");
 }
 
@@ -127,35 +131,37 @@ describe(Arguments& arguments)
 {
   ReconstructionOptions& options = arguments.reconstruction;
   po::options_description run("Reconstruction");
-  run.add_options()("output,o",
-                    po::value(&arguments.output)->value_name("OUT"),
+  run.add_options()("output,o", po::value(&arguments.output)->value_name("OUT"),
                     "folder for the results, made if needed (required)");
   describeSurface(options, run);
-  run.add_options()(
-      "method",
-      po::value(&arguments.method)->value_name("NAME")->default_value("bundle_icp"),
-      "how poses are estimated: bundle_icp, or one that it is compared with: rgbd_sfm (structure from "
-      "motion with measured depth, no ICP), visual_icp (frame-to-model tracking started from matched "
-      "features), f2m_icp (depth alone, as KinectFusion)")(
-      "max-features",
-      po::value(&options.features.max_features)
-          ->value_name("N")
-          ->default_value(options.features.max_features),
-      "SIFT features per frame")(
-      "solver",
-      po::value(&arguments.solver)->value_name("NAME")->default_value("auto"),
-      "what solves bundle adjustments: ceres (Ceres Solver, one thread), schur (the library's own), or "
-      "auto, which takes the faster one")(
-      "matching",
-      po::value(&arguments.matching)->value_name("NAME")->default_value("exact"),
-      "how features are compared: exact, or kdtree, which misses some matches and is slower up to at "
-      "least 20,000 features per frame; the result repeats itself with either")(
-      "threads", po::value(&options.num_threads)->value_name("N")->default_value(0), "0 = all")(
-      "device",
-      po::value(&arguments.device)->value_name("NAME")->default_value("auto"),
-      "where to compute: cpu, or auto, which is the same for now")(
-      "quiet,q", po::bool_switch(&arguments.is_quiet), "no progress")("help,h",
-                                                                     "print this text");
+  auto add_compared = run.add_options();
+  add_compared("method",
+               po::value(&arguments.method)->value_name("NAME")->default_value("bundle_icp"),
+               "how poses are estimated: bundle_icp, or one that it is compared with: rgbd_sfm "
+               "(structure from "
+               "motion with measured depth, no ICP), visual_icp (frame-to-model tracking started "
+               "from matched "
+               "features), f2m_icp (depth alone, as KinectFusion)");
+  add_compared("max-features",
+               po::value(&options.features.max_features)
+                   ->value_name("N")
+                   ->default_value(options.features.max_features),
+               "SIFT features per frame");
+  add_compared("solver", po::value(&arguments.solver)->value_name("NAME")->default_value("auto"),
+               "what solves bundle adjustments: ceres (Ceres Solver, one thread), schur (the "
+               "library's own), or "
+               "auto, which takes the faster one");
+  add_compared("matching",
+               po::value(&arguments.matching)->value_name("NAME")->default_value("exact"),
+               "how features are compared: exact, or kdtree, which misses some matches and is "
+               "slower up to at "
+               "least 20,000 features per frame; the result repeats itself with either");
+  add_compared("threads", po::value(&options.num_threads)->value_name("N")->default_value(0),
+               "0 = all");
+  add_compared("device", po::value(&arguments.device)->value_name("NAME")->default_value("auto"),
+               "where to compute: cpu, or auto, which is the same for now");
+  add_compared("quiet,q", po::bool_switch(&arguments.is_quiet), "no progress");
+  add_compared("help,h", "print this text");
   return po::options_description()
       .add(describeRecording(arguments.dataset))
       .add(describeCalibration(arguments.calibration))
@@ -167,9 +173,12 @@ printHelp(const po::options_description& visible)
 {
   std::cout
       << "Usage: bundle_icp_reconstruct SCAN -o OUT [options]\n\n"
-         "Turns a recording of a hand-held RGB-D camera into OUT/trajectory.txt (camera poses, TUM\n"
-         "format, metres), OUT/sparse.ply (points), OUT/mesh.ply (coloured surface), OUT/report.json\n"
-         "(what became of each frame), OUT/calibration.json (corrections to the camera) and the pictures\n"
+         "Turns a recording of a hand-held RGB-D camera into OUT/trajectory.txt (camera poses, "
+         "TUM\n"
+         "format, metres), OUT/sparse.ply (points), OUT/mesh.ply (coloured surface), "
+         "OUT/report.json\n"
+         "(what became of each frame), OUT/calibration.json (corrections to the camera) and the "
+         "pictures\n"
          "OUT/mesh.png and OUT/trajectory.png.\n"
          "SCAN is a folder in the layout of TUM RGB-D, 7-Scenes or 3DMatch, or Open3D. The world\n"
          "frame is the camera frame of the earliest registered frame: x right, y down, z forward.\n"
@@ -181,7 +190,8 @@ applyValues(const po::variables_map& values, Arguments& arguments)
 {
   TSDFOptions& volume = arguments.reconstruction.volume;
   volume.truncation = values.count("truncation") ? values["truncation"].as<double>()
-                                                 : std::min(100 * volume.voxel_size, std::max(8 * volume.voxel_size, 0.012));
+                                                 : std::min(100 * volume.voxel_size,
+                                                            std::max(8 * volume.voxel_size, 0.012));
   arguments.reconstruction.make_mesh = !values.count("no-mesh");
   if (values.count("roi")) {
     const std::string text = values["roi"].as<std::string>();
@@ -190,8 +200,7 @@ applyValues(const po::variables_map& values, Arguments& arguments)
     else
       volume.region = parseRegion(text);
   }
-  boost::split(arguments.reconstruction.mesh_formats,
-               values["mesh-format"].as<std::string>(),
+  boost::split(arguments.reconstruction.mesh_formats, values["mesh-format"].as<std::string>(),
                boost::is_any_of(","));
   applyRecording(values, arguments.dataset);
   const auto method = parseReconstructionMethod(arguments.method);
@@ -226,8 +235,7 @@ parse(int argc, char** argv)
 {
   Arguments arguments;
   const po::options_description visible = describe(arguments);
-  const auto values =
-      parseScanArguments(argc, argv, visible, 1, arguments.scan, printHelp);
+  const auto values = parseScanArguments(argc, argv, visible, 1, arguments.scan, printHelp);
   if (!values)
     return std::nullopt;
   if (arguments.scan.empty() || arguments.output.empty())
@@ -311,12 +319,13 @@ printObject(const ReconstructionResult& result)
   const Eigen::IOFormat commas(4, Eigen::DontAlignCols, ",", ",");
   std::cerr << "object: " << result.object->looking_frames << " of " << result.object->num_frames
             << " frames look at it; --roi " << center.transpose().format(commas) << ","
-            << box.size.transpose().format(commas) << "," << turn.coeffs().transpose().format(commas)
-            << "\n";
+            << box.size.transpose().format(commas) << ","
+            << turn.coeffs().transpose().format(commas) << "\n";
 }
 
 void
-printSummary(const Arguments& arguments, const RGBDDataset& dataset, const ReconstructionResult& result)
+printSummary(const Arguments& arguments, const RGBDDataset& dataset,
+             const ReconstructionResult& result)
 {
   if (!dataset.skipped().empty())
     std::cerr << dataset.skipped().size() << " files of the recording are missing or have no "
@@ -324,8 +333,8 @@ printSummary(const Arguments& arguments, const RGBDDataset& dataset, const Recon
               << dataset.skipped().front().reason << "\n";
   const DepthNoise& noise = dataset.camera().depth_noise;
   if (!arguments.is_quiet)
-    std::cerr << "sensor: " << sensorName(noise) << ", depth deviates by " << noise.constant << " m + "
-              << noise.quadratic << " /m (z - " << noise.offset << " m)^2\n";
+    std::cerr << "sensor: " << sensorName(noise) << ", depth deviates by " << noise.constant
+              << " m + " << noise.quadratic << " /m (z - " << noise.offset << " m)^2\n";
   printReasons(result, 3);
   printCorrections(result);
   printObject(result);
@@ -351,10 +360,9 @@ runReconstruction(int argc, char** argv)
   std::optional<Arguments> arguments = parse(argc, argv);
   if (!arguments)
     return 0;
-  const RGBDDataset::Ptr dataset = openCalibrated(arguments->scan,
-                                                  arguments->dataset,
-                                                  arguments->calibration,
-                                                  arguments->reconstruction.mapper);
+  const RGBDDataset::Ptr dataset =
+      openCalibrated(arguments->scan, arguments->dataset, arguments->calibration,
+                     arguments->reconstruction.mapper);
   checkWritable(arguments->output);
   ReconstructionResult result;
   {

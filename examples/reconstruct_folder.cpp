@@ -23,8 +23,7 @@ main(int argc, char** argv)
     const bundle_icp::RGBDDataset::Ptr dataset = bundle_icp::openDataset(argv[1]);
     bundle_icp::ReconstructionOptions options;
     options.volume.voxel_size = 0.01; // metres
-    const bundle_icp::ReconstructionResult result =
-        bundle_icp::reconstruct(*dataset, options);
+    const bundle_icp::ReconstructionResult result = bundle_icp::reconstruct(*dataset, options);
     for (const bundle_icp::FrameReport& frame : result.frames)
       if (!frame.registered)
         std::cerr << frame.name << ": " << frame.reason << "\n";

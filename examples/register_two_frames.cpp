@@ -50,8 +50,7 @@ main()
             << pose.matrix() << "\n"
             << "overlap " << result.overlap << ", rmse " << result.rmse << " m, "
             << result.iterations << " iterations\n"
-            << "error "
-            << (pose.translation() - scan.worldFromCamera(4).translation()).norm()
+            << "error " << (pose.translation() - scan.worldFromCamera(4).translation()).norm()
             << " m\n";
   return 0;
 }

@@ -25,24 +25,23 @@ describeRecording(DatasetOptions& dataset)
 {
   namespace po = boost::program_options;
   po::options_description options("Recording");
-  options.add_options()(
-      "intrinsics",
-      po::value<std::string>()->value_name("FX,FY,CX,CY[,K1,K2,P1,P2,K3]"),
-      "of the recorded images [px], instead of those of the format")(
-      "depth-scale", po::value<double>()->value_name("UNITS"),
+  auto add = options.add_options();
+  add("intrinsics", po::value<std::string>()->value_name("FX,FY,CX,CY[,K1,K2,P1,P2,K3]"),
+      "of the recorded images [px], instead of those of the format");
+  add("depth-scale", po::value<double>()->value_name("UNITS"),
       "units of the depth images per metre; default: that of the format (TUM 5000, "
       "7-Scenes "
-      "and Open3D 1000)")("stride",
-                          po::value(&dataset.stride)->value_name("N")->default_value(1),
-                          "take every N-th frame")(
-      "max-frames", po::value(&dataset.max_frames)->value_name("N")->default_value(0),
-      "take at most N frames, 0 = all")(
-      "sensor",
-      po::value<std::string>()->value_name("NAME|FILE")->default_value("kinect"),
-      "what took the depth, for its noise: kinect (structured light), d400 (active stereo), tof, lidar "
+      "and Open3D 1000)");
+  add("stride", po::value(&dataset.stride)->value_name("N")->default_value(1),
+      "take every N-th frame");
+  add("max-frames", po::value(&dataset.max_frames)->value_name("N")->default_value(0),
+      "take at most N frames, 0 = all");
+  add("sensor", po::value<std::string>()->value_name("NAME|FILE")->default_value("kinect"),
+      "what took the depth, for its noise: kinect (structured light), d400 (active stereo), tof, "
+      "lidar "
       "or a JSON file {\"constant\": C, \"quadratic\": Q, \"offset\": O}: standard deviation "
-      "C + Q (z - O)^2 of a depth z [m]")(
-      "shuffle", po::value<std::uint64_t>()->value_name("SEED"),
+      "C + Q (z - O)^2 of a depth z [m]");
+  add("shuffle", po::value<std::uint64_t>()->value_name("SEED"),
       "take the frames in random order: the result is the same, but for methods that track");
   return options;
 }
@@ -53,16 +52,14 @@ refuseNegativeNumbers(const boost::program_options::parsed_options& parsed)
 {
   for (const auto& option : parsed.options)
     for (const char* const name : {"stride", "max-frames", "decimate"})
-      if (option.string_key == name && !option.value.empty() &&
-          option.value[0][0] == '-')
+      if (option.string_key == name && !option.value.empty() && option.value[0][0] == '-')
         throw UsageError(std::string("--") + name + " " + option.value[0] +
                          ": must not be negative");
 }
 
 /** The options of describeRecording() that have no place to be stored in. */
 inline void
-applyRecording(const boost::program_options::variables_map& values,
-               DatasetOptions& dataset)
+applyRecording(const boost::program_options::variables_map& values, DatasetOptions& dataset)
 {
   if (values.count("intrinsics")) {
     try {
@@ -87,12 +84,9 @@ applyRecording(const boost::program_options::variables_map& values,
  *  \param[out] scans a string or a vector of them */
 template <class Scans, class PrintHelp>
 std::optional<boost::program_options::variables_map>
-parseScanArguments(int argc,
-                   char** argv,
-                   const boost::program_options::options_description& visible,
-                   int max_scans,
-                   Scans& scans,
-                   const PrintHelp& print_help)
+parseScanArguments(int argc, char** argv,
+                   const boost::program_options::options_description& visible, int max_scans,
+                   Scans& scans, const PrintHelp& print_help)
 {
   namespace po = boost::program_options;
   po::options_description all;

@@ -41,8 +41,7 @@ template <typename T>
 po::typed_value<T>*
 faultOf(T& target, const char* unit)
 {
-  return po::value<T>()->value_name(unit)->notifier(
-      [&target](T value) { target = value; });
+  return po::value<T>()->value_name(unit)->notifier([&target](T value) { target = value; });
 }
 
 po::options_description
@@ -50,23 +49,24 @@ describeScan(Arguments& arguments)
 {
   SyntheticScanOptions& scan = arguments.scan;
   po::options_description options("Scan");
-  options.add_options()("help,h", "print this text")(
-      "frames", valueOf(scan.num_frames, "N"), "number of frames")(
-      "rate", valueOf(scan.frame_rate, "HZ"),
-      "frames a second of the path; a longer scan goes on through the room")(
-      "size", valueOf(arguments.size, "WxH"), "size of the images [px]")(
-      "focal-length", valueOf(scan.focal_length, "PX"), "true focal length [px]")(
-      "seed", valueOf(scan.seed, "N"), "of textures, path and faults")(
-      "start", valueOf(scan.start_time, "S"),
-      "where on the path to begin [s]: things on a table first, the walls from 67 s on")(
-      "movement", valueOf(scan.movement, "SHARE"),
-      "share of the path's translation, 0 = turning on the spot")(
-      "texture", valueOf(scan.texture, "SHARE"),
-      "contrast of all surfaces, 0 = each in one colour")(
-      "surface-spacing", valueOf(arguments.write.surface_spacing, "M"),
-      "distance of the points in surface.ply [m]; 0 = no such file")(
-      "threads", valueOf(arguments.write.num_threads, "N"), "threads, 0 = all")(
-      "quiet,q", po::bool_switch(&arguments.is_quiet), "no progress");
+  auto add = options.add_options();
+  add("help,h", "print this text");
+  add("frames", valueOf(scan.num_frames, "N"), "number of frames");
+  add("rate", valueOf(scan.frame_rate, "HZ"),
+      "frames a second of the path; a longer scan goes on through the room");
+  add("size", valueOf(arguments.size, "WxH"), "size of the images [px]");
+  add("focal-length", valueOf(scan.focal_length, "PX"), "true focal length [px]");
+  add("seed", valueOf(scan.seed, "N"), "of textures, path and faults");
+  add("start", valueOf(scan.start_time, "S"),
+      "where on the path to begin [s]: things on a table first, the walls from 67 s on");
+  add("movement", valueOf(scan.movement, "SHARE"),
+      "share of the path's translation, 0 = turning on the spot");
+  add("texture", valueOf(scan.texture, "SHARE"),
+      "contrast of all surfaces, 0 = each in one colour");
+  add("surface-spacing", valueOf(arguments.write.surface_spacing, "M"),
+      "distance of the points in surface.ply [m]; 0 = no such file");
+  add("threads", valueOf(arguments.write.num_threads, "N"), "threads, 0 = all");
+  add("quiet,q", po::bool_switch(&arguments.is_quiet), "no progress");
   return options;
 }
 
@@ -76,38 +76,40 @@ describeFaults(Arguments& arguments)
   SyntheticScanOptions& scan = arguments.scan;
   po::options_description options(
       "Faults of the camera; one given by itself takes precedence over --full-noise");
-  options.add_options()("full-noise", po::bool_switch(&arguments.is_noisy),
-                        "those of a common structured-light camera: --noise 1 "
-                        "--quantisation 0.0028 --holes 0.05 --flying-pixels "
-                        "--color-noise 2 --blur 0.05 --exposure-change 0.15")(
-      "noise", faultOf(scan.noise_factor, "FACTOR"),
-      "depth noise, times 0.0012 m + 0.0019 /m (z - 0.4 m)^2; range 0.4 to 5 m; "
-      "default 0")("quantisation", faultOf(scan.quantisation, "STEP"),
-                   "steps of depth, times z^2 [1/m]; default 0")(
-      "holes", faultOf(scan.hole_fraction, "SHARE"),
-      "share of pixels without depth, 0 to 0.95; default 0")(
-      "flying-pixels",
-      po::value<bool>()->implicit_value(true)->zero_tokens()->notifier(
-          [&scan](bool value) { scan.flying_pixels = value; }),
-      "mixed depth at occlusion edges; default off")(
-      "color-noise", faultOf(scan.color_noise, "LEVELS"),
-      "standard deviation of colour [levels of 255]; default 0")(
-      "blur", faultOf(scan.blur_fraction, "SHARE"),
-      "share of frames with motion blur, 0 to 1; default 0")(
-      "exposure-change", faultOf(scan.exposure_change, "SHARE"),
-      "relative amplitude of changes of brightness, 0 to 0.9; default 0")(
-      "depth-bias", faultOf(scan.depth_bias, "BIAS"),
-      "measured depth is z (1 + BIAS z) [1/m]; default 0")(
-      "focal-error", faultOf(scan.focal_error, "SHARE"),
-      "relative error of the focal length in intrinsics.txt; default 0")(
-      "time-offset", faultOf(scan.time_offset, "S"),
-      "depth is taken this much after colour [s]; default 0")(
-      "readout", faultOf(scan.readout, "S"),
-      "rolling shutter of colour: time from the first to the last row, the middle row "
-      "at "
-      "the stamp [s], -0.1 to 0.1; default 0")(
-      "unordered", po::bool_switch(&scan.unordered),
-      "frames in random order, with stamps that tell nothing");
+  auto add_noise = options.add_options();
+  add_noise("full-noise", po::bool_switch(&arguments.is_noisy),
+            "those of a common structured-light camera: --noise 1 "
+            "--quantisation 0.0028 --holes 0.05 --flying-pixels "
+            "--color-noise 2 --blur 0.05 --exposure-change 0.15");
+  add_noise("noise", faultOf(scan.noise_factor, "FACTOR"),
+            "depth noise, times 0.0012 m + 0.0019 /m (z - 0.4 m)^2; range 0.4 to 5 m; "
+            "default 0");
+  add_noise("quantisation", faultOf(scan.quantisation, "STEP"),
+            "steps of depth, times z^2 [1/m]; default 0");
+  add_noise("holes", faultOf(scan.hole_fraction, "SHARE"),
+            "share of pixels without depth, 0 to 0.95; default 0");
+  add_noise("flying-pixels",
+            po::value<bool>()->implicit_value(true)->zero_tokens()->notifier(
+                [&scan](bool value) { scan.flying_pixels = value; }),
+            "mixed depth at occlusion edges; default off");
+  add_noise("color-noise", faultOf(scan.color_noise, "LEVELS"),
+            "standard deviation of colour [levels of 255]; default 0");
+  add_noise("blur", faultOf(scan.blur_fraction, "SHARE"),
+            "share of frames with motion blur, 0 to 1; default 0");
+  add_noise("exposure-change", faultOf(scan.exposure_change, "SHARE"),
+            "relative amplitude of changes of brightness, 0 to 0.9; default 0");
+  add_noise("depth-bias", faultOf(scan.depth_bias, "BIAS"),
+            "measured depth is z (1 + BIAS z) [1/m]; default 0");
+  add_noise("focal-error", faultOf(scan.focal_error, "SHARE"),
+            "relative error of the focal length in intrinsics.txt; default 0");
+  add_noise("time-offset", faultOf(scan.time_offset, "S"),
+            "depth is taken this much after colour [s]; default 0");
+  add_noise("readout", faultOf(scan.readout, "S"),
+            "rolling shutter of colour: time from the first to the last row, the middle row "
+            "at "
+            "the stamp [s], -0.1 to 0.1; default 0");
+  add_noise("unordered", po::bool_switch(&scan.unordered),
+            "frames in random order, with stamps that tell nothing");
   return options;
 }
 
@@ -132,9 +134,7 @@ parse(int argc, char** argv)
   po::positional_options_description positional;
   positional.add("folder", 1);
   po::variables_map values;
-  po::store(
-      po::command_line_parser(argc, argv).options(all).positional(positional).run(),
-      values);
+  po::store(po::command_line_parser(argc, argv).options(all).positional(positional).run(), values);
   if (values.count("help")) {
     std::cout << "Usage: bundle_icp_simulate OUT [options]\n\n"
                  "Writes a synthetic hand-held RGB-D scan of a room to the new or "

@@ -14,12 +14,11 @@ constexpr int SMALLEST_SIDE = 120;
 
 } // namespace
 
-DepthViewStore::DepthViewStore(const CameraIntrinsics& camera,
-                               int reduction,
+DepthViewStore::DepthViewStore(const CameraIntrinsics& camera, int reduction,
                                const VirtualDepthOptions& options)
-: camera_(camera)
-, reduction_(std::clamp(std::min(camera.width, camera.height) / SMALLEST_SIDE, 1, reduction))
-, options_(options)
+: camera_(camera),
+  reduction_(std::clamp(std::min(camera.width, camera.height) / SMALLEST_SIDE, 1, reduction)),
+  options_(options)
 {
   options_.num_threads = 1; // many views are made at once
 }
@@ -58,17 +57,14 @@ DepthViewStore::get(std::size_t index, const Calibration& calibration, const Dep
   }
   // Pixels of the reduced image are larger: lengths in pixels shrink.
   Calibration reduced = calibration;
-  for (const auto parameter : {CalibrationParameter::CENTER_X,
-                               CalibrationParameter::CENTER_Y,
-                               CalibrationParameter::DEPTH_SHIFT_X,
-                               CalibrationParameter::DEPTH_SHIFT_Y})
+  for (const auto parameter :
+       {CalibrationParameter::CENTER_X, CalibrationParameter::CENTER_Y,
+        CalibrationParameter::DEPTH_SHIFT_X, CalibrationParameter::DEPTH_SHIFT_Y})
     reduced[parameter] /= reduction_;
   const CameraIntrinsics camera = camera_.reduced(reduction_);
   const auto view = std::make_shared<const DepthView>(
       makeDepthView(correctedDepth(depths_[index], camera, reduced, error),
-                    reduced.corrected(camera),
-                    1,
-                    options_));
+                    reduced.corrected(camera), 1, options_));
   const std::lock_guard<std::mutex> lock(mutex_);
   if (const auto old = views_.find(index); old != views_.end()) {
     recent_.erase(old->second.recent);

@@ -15,8 +15,8 @@ trackColors(const ImageGraph& graph, const SparseModel& model)
   std::vector<ColorObservation> observations;
   for (std::size_t point = 0; point < model.points().size(); ++point)
     for (const Observation& observation : model.points()[point].track)
-      observations.push_back(
-          {observation.image, point, graph.features(observation.image).colors[observation.feature]});
+      observations.push_back({observation.image, point,
+                              graph.features(observation.image).colors[observation.feature]});
   return observations;
 }
 

@@ -51,11 +51,9 @@ returnMemory()
 
 } // namespace
 
-PreparedScan::Impl::Impl(const RGBDDataset& dataset,
-                         const ReconstructionOptions& options)
-    : dataset_(dataset), options_(options), frames_(dataset.size()),
-      depth_views_(dataset.camera(), options.depth_reduction,
-                   options.mapper.virtual_depth)
+PreparedScan::Impl::Impl(const RGBDDataset& dataset, const ReconstructionOptions& options)
+: dataset_(dataset), options_(options), frames_(dataset.size()),
+  depth_views_(dataset.camera(), options.depth_reduction, options.mapper.virtual_depth)
 {
   for (std::size_t i = 0; i < frames_.size(); ++i) {
     frames_[i].id = dataset.id(i);
@@ -66,15 +64,13 @@ PreparedScan::Impl::Impl(const RGBDDataset& dataset,
 
 template <class Body>
 bool
-PreparedScan::Impl::runOnce(const char* name, Stage& stage, Timing& timing,
-                            const Body& body)
+PreparedScan::Impl::runOnce(const char* name, Stage& stage, Timing& timing, const Body& body)
 {
   if (!stage.was_run) {
     const auto start = std::chrono::steady_clock::now();
     stage.completed = body();
     stage.was_run = true;
-    const std::chrono::duration<double> elapsed =
-        std::chrono::steady_clock::now() - start;
+    const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
     stage.seconds = elapsed.count();
   }
   timing.emplace_back(name, stage.seconds);
@@ -84,15 +80,13 @@ PreparedScan::Impl::runOnce(const char* name, Stage& stage, Timing& timing,
 bool
 PreparedScan::Impl::needFeatures(const ProgressCallback& progress, Timing& timing)
 {
-  return runOnce("features", features_stage_, timing,
-                 [&] { return extractAll(progress); });
+  return runOnce("features", features_stage_, timing, [&] { return extractAll(progress); });
 }
 
 bool
 PreparedScan::Impl::needGraph(const ProgressCallback& progress, Timing& timing)
 {
-  return runOnce("matching", graph_stage_, timing,
-                 [&] { return buildGraph(progress); });
+  return runOnce("matching", graph_stage_, timing, [&] { return buildGraph(progress); });
 }
 
 bool
@@ -101,8 +95,8 @@ PreparedScan::Impl::extractAll(const ProgressCallback& progress)
   depth_views_.resize(dataset_.size());
   nodes_.resize(dataset_.size());
   const LoopProgress report{"features", progress};
-  const bool completed = parallelFor(
-      dataset_.size(), options_.num_threads, report, [this](std::size_t i) {
+  const bool completed =
+      parallelFor(dataset_.size(), options_.num_threads, report, [this](std::size_t i) {
         try {
           const RGBDFrame image = dataset_.read(i);
           nodes_[i] = {extractFeatures(image, dataset_.camera(), options_.features),
@@ -160,8 +154,7 @@ PreparedScan::Impl::releaseDepth()
   returnMemory();
 }
 
-PreparedScan::PreparedScan(const RGBDDataset& dataset,
-                           const ReconstructionOptions& options)
+PreparedScan::PreparedScan(const RGBDDataset& dataset, const ReconstructionOptions& options)
 {
   check(dataset, options);
   impl_ = std::make_unique<Impl>(dataset, options.withThreads());

@@ -17,9 +17,8 @@ constexpr std::size_t DECODE_AHEAD = 8;
 } // namespace
 
 bool
-readInOrder(const RGBDDataset& dataset, const std::vector<std::size_t>& indices,
-            int num_threads, const FrameConsumer& consume,
-            const FramePreparation& prepare)
+readInOrder(const RGBDDataset& dataset, const std::vector<std::size_t>& indices, int num_threads,
+            const FrameConsumer& consume, const FramePreparation& prepare)
 {
   for (std::size_t begin = 0; begin < indices.size(); begin += DECODE_AHEAD) {
     const std::size_t count = std::min(DECODE_AHEAD, indices.size() - begin);

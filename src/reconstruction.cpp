@@ -44,10 +44,8 @@ mapperOptions(const ReconstructionOptions& options, bool ordered_in_time)
 class Reconstruction {
 public:
   /** \param is_last whether no other reconstruction of the scan follows. */
-  Reconstruction(PreparedScan& scan,
-                 const ReconstructionOptions& options,
-                 const ProgressCallback& progress,
-                 bool is_last)
+  Reconstruction(PreparedScan& scan, const ReconstructionOptions& options,
+                 const ProgressCallback& progress, bool is_last)
   : scan_(*scan.impl_), options_(options.withThreads()), progress_(progress), is_last_(is_last)
   {
   }
@@ -107,10 +105,10 @@ Reconstruction::run()
 {
   const bool completed = prepare() && estimatePoses() &&
                          (!options_.make_mesh || result_.component_sizes.empty() || makeSurface());
-  result_.status = !completed                         ? ReconstructionStatus::STOPPED
+  result_.status = !completed                        ? ReconstructionStatus::STOPPED
                    : result_.component_sizes.empty() ? ReconstructionStatus::NOTHING_REGISTERED
                    : result_.object && !result_.object->is_found ? ReconstructionStatus::NO_OBJECT
-                                                     : ReconstructionStatus::COMPLETED;
+                                                                 : ReconstructionStatus::COMPLETED;
   for (FrameReport& frame : result_.frames)
     if (!completed && !frame.registered && frame.reason.empty())
       frame.reason = "the run was stopped before";
@@ -124,10 +122,10 @@ Reconstruction::run()
 bool
 Reconstruction::prepare()
 {
-  const bool completed = options_.method == ReconstructionMethod::F2M_ICP ||
-                         (scan_.needFeatures(progress_, result_.timing_s) &&
-                          (isTracking(options_.method) ||
-                           scan_.needGraph(progress_, result_.timing_s)));
+  const bool completed =
+      options_.method == ReconstructionMethod::F2M_ICP ||
+      (scan_.needFeatures(progress_, result_.timing_s) &&
+       (isTracking(options_.method) || scan_.needGraph(progress_, result_.timing_s)));
   result_.frames = scan_.frames();
   return completed;
 }
@@ -154,16 +152,14 @@ Reconstruction::trackFrames()
   std::vector<std::size_t> all(result_.frames.size());
   std::iota(all.begin(), all.end(), 0);
   std::size_t tracked = 0;
-  const bool completed = readInOrder(
-      scan_.dataset(),
-      all,
-      options_.num_threads,
-      [&](std::size_t index, const RGBDFrame& image, const std::string& error) {
-        result_.frames[index].reason = error;
-        if (error.empty())
-          tracked += trackFrame(tracker, index, image);
-        return !progress_ || progress_({"tracking", index + 1, all.size()});
-      });
+  const bool completed =
+      readInOrder(scan_.dataset(), all, options_.num_threads,
+                  [&](std::size_t index, const RGBDFrame& image, const std::string& error) {
+                    result_.frames[index].reason = error;
+                    if (error.empty())
+                      tracked += trackFrame(tracker, index, image);
+                    return !progress_ || progress_({"tracking", index + 1, all.size()});
+                  });
   if (tracked > 1)
     result_.component_sizes = {tracked};
   else
@@ -200,11 +196,11 @@ Reconstruction::mapImages()
   result_.graph = scan_.graph();
   result_.frame_of_image = scan_.frameOfImage();
   const auto depth_of_image = [this](std::size_t image, const SparseModel& model) {
-    return scan_.depthViews().get(
-        result_.frame_of_image[image], model.calibration(), model.depthError(image));
+    return scan_.depthViews().get(result_.frame_of_image[image], model.calibration(),
+                                  model.depthError(image));
   };
-  IncrementalMapper mapper(
-      *result_.graph, depth_of_image, mapperOptions(options_, scan_.dataset().isOrdered()));
+  IncrementalMapper mapper(*result_.graph, depth_of_image,
+                           mapperOptions(options_, scan_.dataset().isOrdered()));
   const bool completed = mapper.run(result_.model, progress_);
   if (is_last_)
     scan_.releaseDescriptors();
@@ -284,8 +280,7 @@ Reconstruction::framesToFuse() const
     fused.resize(result_.frames.size());
     std::iota(fused.begin(), fused.end(), 0);
   }
-  fused.erase(std::remove_if(fused.begin(),
-                             fused.end(),
+  fused.erase(std::remove_if(fused.begin(), fused.end(),
                              [this](std::size_t i) { return result_.frames[i].component != 0; }),
               fused.end());
   return fused;
@@ -294,9 +289,7 @@ Reconstruction::framesToFuse() const
 RGBDFrame
 Reconstruction::corrected(std::size_t index, const RGBDFrame& image) const
 {
-  return correctedFrame(image,
-                        scan_.dataset().camera(),
-                        result_.model.calibration(),
+  return correctedFrame(image, scan_.dataset().camera(), result_.model.calibration(),
                         result_.frames[index].depth_error);
 }
 
@@ -314,9 +307,7 @@ Reconstruction::findObject()
   std::vector<Pose> poses;
   std::size_t done = 0;
   const bool completed = readInOrder(
-      scan_.dataset(),
-      some,
-      options_.num_threads,
+      scan_.dataset(), some, options_.num_threads,
       [&](std::size_t index, const RGBDFrame& image, const std::string& error) {
         if (error.empty()) { // one that cannot be read is named when it is to be fused
           constexpr int step = 6;
@@ -377,15 +368,14 @@ ReconstructionResult::trajectory(int component) const
   for (const FrameReport& frame : frames)
     if (frame.registered && frame.component == component)
       trajectory.push_back({frame.timestamp, frame.world_from_camera});
-  std::stable_sort(trajectory.begin(), trajectory.end(), [](const TimedPose& a, const TimedPose& b) {
-    return a.timestamp < b.timestamp;
-  });
+  std::stable_sort(
+      trajectory.begin(), trajectory.end(),
+      [](const TimedPose& a, const TimedPose& b) { return a.timestamp < b.timestamp; });
   return trajectory;
 }
 
 ReconstructionResult
-reconstruct(PreparedScan& scan,
-            const ReconstructionOptions& options,
+reconstruct(PreparedScan& scan, const ReconstructionOptions& options,
             const ProgressCallback& progress)
 {
   std::string error;
@@ -395,8 +385,7 @@ reconstruct(PreparedScan& scan,
 }
 
 ReconstructionResult
-reconstruct(const RGBDDataset& dataset,
-            const ReconstructionOptions& options,
+reconstruct(const RGBDDataset& dataset, const ReconstructionOptions& options,
             const ProgressCallback& progress)
 {
   PreparedScan scan(dataset, options); // checks the options

@@ -48,8 +48,7 @@ writeImage(const std::string& path, const cv::Mat& image)
 
 /** The mesh, and the scan at a glance for people without a mesh viewer at hand. */
 void
-writeMeshAndPictures(const std::string& prefix,
-                     const ReconstructionOptions& options,
+writeMeshAndPictures(const std::string& prefix, const ReconstructionOptions& options,
                      const ReconstructionResult& result)
 {
   std::vector<Pose> poses;
@@ -73,10 +72,8 @@ writeMeshAndPictures(const std::string& prefix,
 }
 
 void
-writeFiles(const std::string& prefix,
-           const RGBDDataset& dataset,
-           const ReconstructionOptions& options,
-           const ReconstructionResult& result)
+writeFiles(const std::string& prefix, const RGBDDataset& dataset,
+           const ReconstructionOptions& options, const ReconstructionResult& result)
 {
   writeText(prefix + "report.json", makeReport(dataset, options, result).dump(2) + "\n");
   if (result.component_sizes.empty())
@@ -132,10 +129,8 @@ private:
 } // namespace
 
 void
-writeReconstruction(const std::string& folder,
-                    const RGBDDataset& dataset,
-                    const ReconstructionOptions& options,
-                    const ReconstructionResult& result)
+writeReconstruction(const std::string& folder, const RGBDDataset& dataset,
+                    const ReconstructionOptions& options, const ReconstructionResult& result)
 {
   // All is written before anything is replaced: a disk that fills up leaves the results of an
   // earlier run complete.

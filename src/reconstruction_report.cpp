@@ -41,12 +41,8 @@ toJson(const FrameReport& frame)
 Json
 toJson(const CameraIntrinsics& camera)
 {
-  return {{"width", camera.width},
-          {"height", camera.height},
-          {"fx", camera.fx},
-          {"fy", camera.fy},
-          {"cx", camera.cx},
-          {"cy", camera.cy}};
+  return {{"width", camera.width}, {"height", camera.height}, {"fx", camera.fx},
+          {"fy", camera.fy},       {"cx", camera.cx},         {"cy", camera.cy}};
 }
 
 /** As --roi takes it: two corners, or, when it is turned, centre, edges and orientation. */
@@ -59,8 +55,8 @@ toJson(const OrientedBox& box)
     return {low.x(), low.y(), low.z(), high.x(), high.y(), high.z()};
   }
   const Eigen::Quaterniond q(box.world_from_box.linear());
-  return {center.x(), center.y(), center.z(), box.size.x(), box.size.y(),
-          box.size.z(), q.x(), q.y(), q.z(), q.w()};
+  return {center.x(),   center.y(), center.z(), box.size.x(), box.size.y(),
+          box.size.z(), q.x(),      q.y(),      q.z(),        q.w()};
 }
 
 /** As --sensor takes it. */
@@ -192,8 +188,7 @@ calibrationReport(const RGBDDataset& dataset, const ReconstructionResult& result
 } // namespace
 
 nlohmann::ordered_json
-makeReport(const RGBDDataset& dataset,
-           const ReconstructionOptions& options,
+makeReport(const RGBDDataset& dataset, const ReconstructionOptions& options,
            const ReconstructionResult& result)
 {
   Json report{{"version", BUNDLE_ICP_VERSION},

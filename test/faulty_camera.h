@@ -57,15 +57,13 @@ surfaceNormal(int landmark)
 }
 
 inline Eigen::Vector2d
-faultyPixel(const Eigen::Vector3d& point, const CameraIntrinsics& camera,
-            const Calibration& faults)
+faultyPixel(const Eigen::Vector3d& point, const CameraIntrinsics& camera, const Calibration& faults)
 {
   using P = CalibrationParameter;
   const Eigen::Vector2d ray = point.head<2>() / point.z();
   const double r2 = ray.squaredNorm();
   const double radial = 1 + faults[P::RADIAL_1] * r2 + faults[P::RADIAL_2] * r2 * r2;
-  return {camera.fx * (1 + faults[P::FOCAL_X]) * radial * ray.x() + camera.cx +
-              faults[P::CENTER_X],
+  return {camera.fx * (1 + faults[P::FOCAL_X]) * radial * ray.x() + camera.cx + faults[P::CENTER_X],
           camera.fy * (1 + faults[P::FOCAL_Y]) * radial * ray.y() + camera.cy +
               faults[P::CENTER_Y]};
 }
@@ -79,8 +77,7 @@ rolledPixel(const Eigen::Vector3d& point, double time, const CameraIntrinsics& c
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
   for (int round = 0; round < 6; ++round) {
     const double rows = pixel.y() - (camera.height - 1) / 2.0;
-    const double row_time =
-        time + faults[CalibrationParameter::READOUT] * rows / camera.height;
+    const double row_time = time + faults[CalibrationParameter::READOUT] * rows / camera.height;
     const Eigen::Vector3d in_camera = handHeldPose(row_time).inverse() * point;
     if (!(in_camera.z() > 0.3))
       return {-1e9, -1e9};
@@ -93,8 +90,7 @@ rolledPixel(const Eigen::Vector3d& point, double time, const CameraIntrinsics& c
 
 /** The landmarks as seen at a time, with noise. */
 inline FaultyView
-lookWrongly(const Landmarks& landmarks, const FaultyCamera& faulty, double time,
-            unsigned seed)
+lookWrongly(const Landmarks& landmarks, const FaultyCamera& faulty, double time, unsigned seed)
 {
   using P = CalibrationParameter;
   const Calibration& faults = faulty.faults;
@@ -110,8 +106,7 @@ lookWrongly(const Landmarks& landmarks, const FaultyCamera& faulty, double time,
   Features& f = result.view.features;
   f.sharpness = 1;
   for (int i = 0; i < landmarks.descriptors().rows; ++i) {
-    const Eigen::Vector2d pixel =
-        detail::rolledPixel(landmarks.point(i), time, camera, faults);
+    const Eigen::Vector2d pixel = detail::rolledPixel(landmarks.point(i), time, camera, faults);
     if (!camera.contains(pixel))
       continue;
     const Eigen::Vector3d in_camera = depth_camera * landmarks.point(i);
@@ -123,10 +118,9 @@ lookWrongly(const Landmarks& landmarks, const FaultyCamera& faulty, double time,
     const Eigen::Vector3d ray = in_camera / in_camera.z() - beside;
     const double z = n.dot(in_camera) / n.dot(ray);
     const double sigma = DepthNoise().sigma(z);
-    const double measured =
-        z * (1 + faults[P::DEPTH_BIAS] * z + faults[P::DEPTH_TILT_X] * ray.x() +
-             faults[P::DEPTH_TILT_Y] * ray.y()) +
-        sigma * result.depth_error.dot(Eigen::Vector3d(1, ray.x(), ray.y()));
+    const double measured = z * (1 + faults[P::DEPTH_BIAS] * z + faults[P::DEPTH_TILT_X] * ray.x() +
+                                 faults[P::DEPTH_TILT_Y] * ray.y()) +
+                            sigma * result.depth_error.dot(Eigen::Vector3d(1, ray.x(), ray.y()));
     const Eigen::Vector2d noise(normal(random), normal(random));
     f.pixels.push_back((pixel + faulty.pixel_sigma * noise).cast<float>());
     f.pixel_sigmas.push_back(float(faulty.pixel_sigma));
@@ -147,8 +141,7 @@ recordWrongly(const Landmarks& landmarks, const FaultyCamera& faulty, unsigned c
 {
   std::vector<FaultyView> views;
   for (unsigned i = 0; i < count; ++i)
-    views.push_back(
-        lookWrongly(landmarks, faulty, i / faulty.rate, 1000 * faulty.seed + i));
+    views.push_back(lookWrongly(landmarks, faulty, i / faulty.rate, 1000 * faulty.seed + i));
   return views;
 }
 

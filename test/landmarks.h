@@ -25,7 +25,7 @@ public:
   /** `count` points in a box of 3 x 2 m and a depth of twice `half_depth`, 2.25 m
    * before the origin. */
   explicit Landmarks(int count, unsigned seed = 0, double half_depth = 0.75)
-      : camera_(smallCamera(320, 240, 262.5)), descriptors_(count, 128, CV_8UC1)
+  : camera_(smallCamera(320, 240, 262.5)), descriptors_(count, 128, CV_8UC1)
   {
     std::mt19937 random(seed);
     std::uniform_real_distribution<double> uniform(-1, 1);
@@ -79,8 +79,8 @@ private:
       sum += value * value;
     }
     for (int k = 0; k < 128; ++k)
-      descriptor[k] = static_cast<std::uint8_t>(
-          std::min(127.0, 256 * values[k] / std::sqrt(sum) + 0.5));
+      descriptor[k] =
+          static_cast<std::uint8_t>(std::min(127.0, 256 * values[k] / std::sqrt(sum) + 0.5));
   }
 
   void

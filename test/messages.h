@@ -28,6 +28,6 @@ messageOf(Call&& call)
 }
 
 /** Asserts that a text holds another. */
-#define EXPECT_CONTAINS(text, part)                                                    \
-  EXPECT_NE(std::string(text).find(part), std::string::npos)                           \
+#define EXPECT_CONTAINS(text, part)                                                                \
+  EXPECT_NE(std::string(text).find(part), std::string::npos)                                       \
       << "'" << (part) << "' is not in: " << (text)

@@ -36,8 +36,7 @@ runProgram(const std::string& name, const std::vector<std::string>& arguments)
   std::string command = quote(std::string(BUNDLE_ICP_PROGRAM_FOLDER) + "/" + name);
   for (const std::string& argument : arguments)
     command += " " + quote(argument);
-  command +=
-      " </dev/null >" + quote(folder.path("out")) + " 2>" + quote(folder.path("err"));
+  command += " </dev/null >" + quote(folder.path("out")) + " 2>" + quote(folder.path("err"));
   const int status = std::system(command.c_str());
   ProgramResult result;
   if (WIFEXITED(status))

@@ -58,8 +58,8 @@ writeTum(const std::string& folder, int num_frames, const cv::Size& size = {64, 
   }
   writeText(folder + "/rgb.txt", rgb);
   writeText(folder + "/depth.txt", depths);
-  writeText(folder + "/intrinsics.txt", "60 60 " + std::to_string(size.width / 2) +
-                                            " " + std::to_string(size.height / 2));
+  writeText(folder + "/intrinsics.txt",
+            "60 60 " + std::to_string(size.width / 2) + " " + std::to_string(size.height / 2));
 }
 
 /** An Open3D folder with frames 0, 1, ... of 1, 1.1, ... m. */

@@ -12,8 +12,8 @@
 class TemporaryFolder {
 public:
   TemporaryFolder()
-      : path_(boost::filesystem::temp_directory_path() /
-              boost::filesystem::unique_path("bundle_icp_test_%%%%%%%%%%%%"))
+  : path_(boost::filesystem::temp_directory_path() /
+          boost::filesystem::unique_path("bundle_icp_test_%%%%%%%%%%%%"))
   {
     boost::filesystem::create_directories(path_);
   }

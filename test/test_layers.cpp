@@ -26,8 +26,7 @@ const std::map<std::string, std::set<std::string>> ALLOWED{
     {"sparse", {"common", "io", "graph", "registration"}},
     {"evaluation", {"common", "io"}},
     {"reconstruction",
-     {"common", "io", "graph", "registration", "surface", "tracking", "simulation",
-      "sparse"}}};
+     {"common", "io", "graph", "registration", "surface", "tracking", "simulation", "sparse"}}};
 
 /** Writing meshes and clouds is shared by all steps. */
 bool
@@ -61,8 +60,7 @@ includesOf(const fs::path& file)
   std::ifstream stream(file.string());
   for (std::string line; std::getline(stream, line);) {
     std::smatch match;
-    if (std::regex_match(line, match, ours) &&
-        !fs::exists(file.parent_path() / match[1].str()))
+    if (std::regex_match(line, match, ours) && !fs::exists(file.parent_path() / match[1].str()))
       headers.push_back(match[1]);
   }
   return headers;

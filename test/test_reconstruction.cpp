@@ -39,7 +39,7 @@ room()
 class Frames : public RGBDDataset {
 public:
   explicit Frames(std::vector<std::size_t> frames, std::set<std::size_t> bad = {})
-      : frames_(std::move(frames)), bad_(std::move(bad))
+  : frames_(std::move(frames)), bad_(std::move(bad))
   {
     for (const std::size_t i : frames_)
       images_.push_back(image(i));
@@ -118,17 +118,15 @@ reportOf(const ReconstructionResult& result, std::size_t id)
 
 /** Poses that hold for every frame of both results have to be the same. */
 void
-expectSamePoses(const ReconstructionResult& a, const ReconstructionResult& b,
-                double tolerance)
+expectSamePoses(const ReconstructionResult& a, const ReconstructionResult& b, double tolerance)
 {
   ASSERT_EQ(a.frames.size(), b.frames.size());
   for (const FrameReport& frame : a.frames) {
     const FrameReport& other = reportOf(b, frame.id);
     EXPECT_EQ(frame.registered, other.registered) << frame.id;
-    EXPECT_LE((frame.world_from_camera.matrix() - other.world_from_camera.matrix())
-                  .cwiseAbs()
-                  .maxCoeff(),
-              tolerance)
+    EXPECT_LE(
+        (frame.world_from_camera.matrix() - other.world_from_camera.matrix()).cwiseAbs().maxCoeff(),
+        tolerance)
         << frame.id;
   }
 }
@@ -142,18 +140,16 @@ largestError(const ReconstructionResult& result)
   const Pose first = room().worldFromCamera(result.frames.front().id).inverse();
   for (const FrameReport& frame : result.frames)
     if (frame.registered)
-      largest =
-          std::max(largest, (frame.world_from_camera.translation() -
-                             (first * room().worldFromCamera(frame.id)).translation())
-                                .norm());
+      largest = std::max(largest, (frame.world_from_camera.translation() -
+                                   (first * room().worldFromCamera(frame.id)).translation())
+                                      .norm());
   return largest;
 }
 
 const ReconstructionResult&
 reference()
 {
-  static const ReconstructionResult result =
-      reconstruct(Frames(everyFourth()), withoutMesh());
+  static const ReconstructionResult result = reconstruct(Frames(everyFourth()), withoutMesh());
   return result;
 }
 
@@ -165,8 +161,7 @@ TEST(Reconstruct, FindsTheTruePoses)
   EXPECT_EQ(result.status, ReconstructionStatus::COMPLETED);
   EXPECT_EQ(result.component_sizes, std::vector<std::size_t>{8});
   EXPECT_LT(largestError(result), 0.005);
-  EXPECT_EQ(result.frames.front().world_from_camera.matrix(),
-            Pose::Identity().matrix());
+  EXPECT_EQ(result.frames.front().world_from_camera.matrix(), Pose::Identity().matrix());
   const Trajectory trajectory = result.trajectory();
   ASSERT_EQ(trajectory.size(), 8u);
   for (std::size_t k = 1; k < trajectory.size(); ++k)
@@ -280,8 +275,7 @@ TEST(Reconstruct, TrackingMethodsGiveAMeshAndTakeTheGivenOrder)
 
 TEST(Reconstruct, SkipsAndNamesFramesThatCannotBeRead)
 {
-  const ReconstructionResult result =
-      reconstruct(Frames(everyFourth(), {8, 20}), withoutMesh());
+  const ReconstructionResult result = reconstruct(Frames(everyFourth(), {8, 20}), withoutMesh());
   EXPECT_EQ(result.status, ReconstructionStatus::COMPLETED);
   EXPECT_EQ(result.component_sizes, std::vector<std::size_t>{6});
   EXPECT_LT(largestError(result), 0.005);
@@ -298,8 +292,7 @@ TEST(Reconstruct, SkipsAndNamesFramesThatCannotBeRead)
 TEST(Reconstruct, SaysOfEachFrameWhyNothingWasRegistered)
 {
   // Not a frame can be read.
-  const ReconstructionResult unreadable =
-      reconstruct(Frames({0, 4}, {0, 4}), withoutMesh());
+  const ReconstructionResult unreadable = reconstruct(Frames({0, 4}, {0, 4}), withoutMesh());
   EXPECT_EQ(unreadable.status, ReconstructionStatus::NOTHING_REGISTERED);
   EXPECT_CONTAINS(unreadable.frames[1].reason, "is truncated");
   // A single frame has nothing in common with another.
@@ -341,8 +334,7 @@ TEST(Reconstruct, StopsInEachStageWhenAsked)
 TEST(Reconstruct, RefusesInvalidOptionsAndEmptyDatasets)
 {
   const auto message = [](const ReconstructionOptions& options) {
-    return messageOf<pcl::BadArgumentException>(
-        [&] { reconstruct(Frames({0}), options); });
+    return messageOf<pcl::BadArgumentException>([&] { reconstruct(Frames({0}), options); });
   };
   ReconstructionOptions options;
   options.depth_reduction = 9;
@@ -379,21 +371,19 @@ TEST(WriteReconstruction, WritesAllFilesAndTheReport)
   result.frames[1].depth_error << 0.5, -1, 2;
   const TemporaryFolder folder;
   writeReconstruction(folder.path("new/out"), frames, options, result);
-  for (const char* file : {"trajectory.txt", "sparse.ply", "mesh.ply", "mesh.png",
-                           "trajectory.png", "calibration.json", "report.json"})
+  for (const char* file : {"trajectory.txt", "sparse.ply", "mesh.ply", "mesh.png", "trajectory.png",
+                           "calibration.json", "report.json"})
     EXPECT_GT(readText(folder.path("new/out/") + file).size(), 100u) << file;
   EXPECT_GT(result.mesh.polygons.size(), 1000u);
   EXPECT_EQ(readTrajectory(folder.path("new/out/trajectory.txt")).size(), 7u);
 
-  const auto report =
-      nlohmann::json::parse(readText(folder.path("new/out/report.json")));
-  for (const char* key : {"version", "frames", "components", "timing_s",
-                          "peak_memory_bytes", "calibration", "options"})
+  const auto report = nlohmann::json::parse(readText(folder.path("new/out/report.json")));
+  for (const char* key : {"version", "frames", "components", "timing_s", "peak_memory_bytes",
+                          "calibration", "options"})
     EXPECT_TRUE(report.contains(key)) << key;
   ASSERT_EQ(report["frames"].size(), 8u);
   for (const auto& frame : report["frames"]) {
-    for (const char* key :
-         {"id", "timestamp", "registered", "matches", "inliers", "icp_rmse"})
+    for (const char* key : {"id", "timestamp", "registered", "matches", "inliers", "icp_rmse"})
       EXPECT_TRUE(frame.contains(key)) << key;
     EXPECT_EQ(frame["registered"].get<bool>(), frame["id"] != 8);
     EXPECT_EQ(frame.contains("reason"), frame["id"] == 8);
@@ -423,8 +413,7 @@ TEST(WriteReconstruction, NamesTheFolderThatCannotBeMade)
   writeText(folder.path("file"), "not a folder");
   const std::string path = folder.path("file/out");
   EXPECT_CONTAINS(messageOf<pcl::IOException>([&] {
-                    writeReconstruction(path, Frames(everyFourth()), withoutMesh(),
-                                        reference());
+                    writeReconstruction(path, Frames(everyFourth()), withoutMesh(), reference());
                   }),
                   path);
 }

@@ -23,8 +23,7 @@ using Point = pcl::PointXYZRGBNormal;
 std::string
 bits(const cv::Mat& image)
 {
-  return std::string(reinterpret_cast<const char*>(image.data),
-                     image.total() * image.elemSize());
+  return std::string(reinterpret_cast<const char*>(image.data), image.total() * image.elemSize());
 }
 
 template <typename Element>
@@ -45,8 +44,7 @@ bits(const Eigen::Matrix<double, ROWS, COLUMNS>& matrix)
 DepthView
 viewOf(unsigned frame, int reduction = 1)
 {
-  return makeDepthView(noisy(room().read(frame).depth, frame), room().camera(),
-                       reduction);
+  return makeDepthView(noisy(room().read(frame).depth, frame), room().camera(), reduction);
 }
 
 std::string
@@ -87,8 +85,8 @@ correctedDepths()
   Calibration calibration;
   calibration[CalibrationParameter::DEPTH_BIAS] = 0.01;
   calibration[CalibrationParameter::DEPTH_TILT_X] = 0.02;
-  return bits(correctedDepth(room().read(0).depth, room().camera(), calibration,
-                             DepthError::Zero()));
+  return bits(
+      correctedDepth(room().read(0).depth, room().camera(), calibration, DepthError::Zero()));
 }
 
 std::string
@@ -124,8 +122,7 @@ adjustedPoses()
   SparseModel model(views.size());
   BundleAdjustmentProblem problem;
   for (std::size_t i = 0; i < views.size(); ++i) {
-    model.registerImage(
-        graph, i, randomMotion(i, 0.01, 0.02) * views[i].world_from_camera, 0, {});
+    model.registerImage(graph, i, randomMotion(i, 0.01, 0.02) * views[i].world_from_camera, 0, {});
     problem.variable.push_back(i);
   }
   adjustBundle(graph, problem, {}, model);
@@ -152,13 +149,13 @@ TEST_P(SimdVariants, GiveTheSameBits)
   forEachVariant([&] { EXPECT_TRUE(GetParam().run() == expected); });
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    , SimdVariants,
-    testing::Values(Step{"DepthView", [] { return depthView(1); }},
-                    Step{"ReducedDepthView", [] { return depthView(2); }},
-                    Step{"VirtualDepth", virtualDepth}, Step{"Alignment", alignment},
-                    Step{"CorrectedDepth", correctedDepths},
-                    Step{"SmoothedSurface", smoothedSurface},
-                    Step{"DescriptorMatches", descriptorMatches},
-                    Step{"AdjustedPoses", adjustedPoses}),
-    [](const auto& param_info) { return std::string(param_info.param.name); });
+INSTANTIATE_TEST_SUITE_P(, SimdVariants,
+                         testing::Values(Step{"DepthView", [] { return depthView(1); }},
+                                         Step{"ReducedDepthView", [] { return depthView(2); }},
+                                         Step{"VirtualDepth", virtualDepth},
+                                         Step{"Alignment", alignment},
+                                         Step{"CorrectedDepth", correctedDepths},
+                                         Step{"SmoothedSurface", smoothedSurface},
+                                         Step{"DescriptorMatches", descriptorMatches},
+                                         Step{"AdjustedPoses", adjustedPoses}),
+                         [](const auto& param_info) { return std::string(param_info.param.name); });

@@ -46,8 +46,7 @@ parseList(const std::string& option, const std::string& text)
       values.push_back(boost::lexical_cast<T>(word));
     }
     catch (const boost::bad_lexical_cast&) {
-      throw UsageError("--" + option + " " + text +
-                       ": expected numbers separated by commas");
+      throw UsageError("--" + option + " " + text + ": expected numbers separated by commas");
     }
   return values;
 }
@@ -59,9 +58,8 @@ chooseMethods(const std::string& text)
   boost::split(names, text, boost::is_any_of(","));
   std::vector<Variant> chosen;
   for (const std::string& name : names) {
-    const auto found =
-        std::find_if(comparedMethods().begin(), comparedMethods().end(),
-                     [&name](const Variant& v) { return v.name == name; });
+    const auto found = std::find_if(comparedMethods().begin(), comparedMethods().end(),
+                                    [&name](const Variant& v) { return v.name == name; });
     if (found == comparedMethods().end())
       throw UsageError("--methods " + text +
                        ": known are f2m_icp, visual_icp, rgbd_sfm and bundle_icp");
@@ -82,14 +80,13 @@ chooseConditions(const po::variables_map& values)
       conditions.push_back({std::size_t(keep), 0});
     }
   if (values.count("blur-fraction"))
-    for (const double blur : parseList<double>(
-             "blur-fraction", values["blur-fraction"].as<std::string>())) {
+    for (const double blur :
+         parseList<double>("blur-fraction", values["blur-fraction"].as<std::string>())) {
       if (!(blur >= 0 && blur <= 1))
         throw UsageError("--blur-fraction: each number must lie in 0 ... 1");
       const bool is_known =
-          std::any_of(conditions.begin(), conditions.end(), [blur](const Condition& c) {
-            return c.keep == 1 && c.blur == blur;
-          });
+          std::any_of(conditions.begin(), conditions.end(),
+                      [blur](const Condition& c) { return c.keep == 1 && c.blur == blur; });
       if (!is_known)
         conditions.push_back({1, blur});
     }
@@ -100,30 +97,29 @@ po::options_description
 describeRun(Arguments& arguments)
 {
   po::options_description run("Benchmark");
-  run.add_options()(
-      "output,o", po::value(&arguments.output)->value_name("OUT"),
+  auto add = run.add_options();
+  add("output,o", po::value(&arguments.output)->value_name("OUT"),
       "folder for benchmark.md and benchmark.json, made if needed; default: tables on "
-      "the standard output only")(
-      "methods",
+      "the standard output only");
+  add("methods",
       po::value<std::string>()->value_name("NAMES")->default_value(
           "f2m_icp,visual_icp,rgbd_sfm,bundle_icp"),
-      "which methods to run, separated by commas")(
-      "ablations", "also run bundle_icp without each of its parts")(
-      "keep", po::value<std::string>()->value_name("N,N,..."),
+      "which methods to run, separated by commas");
+  add("ablations", "also run bundle_icp without each of its parts");
+  add("keep", po::value<std::string>()->value_name("N,N,..."),
       "run on every N-th frame, for each of these numbers, for example "
-      "1,2,3,5,10,15,20")("blur-fraction",
-                          po::value<std::string>()->value_name("F,F,..."),
-                          "run with this share (0 to 1) of the colour images blurred "
-                          "as by motion, for each of "
-                          "these numbers, for example 0,0.1,0.2")(
-      "seed", po::value(&arguments.seed)->value_name("SEED")->default_value(0),
-      "chooses the blurred images and their blur")(
-      "threads",
-      po::value(&arguments.reconstruction.num_threads)
-          ->value_name("N")
-          ->default_value(0),
-      "0 = all")("quiet,q", po::bool_switch(&arguments.is_quiet),
-                 "no progress")("help,h", "print this text");
+      "1,2,3,5,10,15,20");
+  add("blur-fraction", po::value<std::string>()->value_name("F,F,..."),
+      "run with this share (0 to 1) of the colour images blurred "
+      "as by motion, for each of "
+      "these numbers, for example 0,0.1,0.2");
+  add("seed", po::value(&arguments.seed)->value_name("SEED")->default_value(0),
+      "chooses the blurred images and their blur");
+  add("threads",
+      po::value(&arguments.reconstruction.num_threads)->value_name("N")->default_value(0),
+      "0 = all");
+  add("quiet,q", po::bool_switch(&arguments.is_quiet), "no progress");
+  add("help,h", "print this text");
   return run;
 }
 
@@ -150,8 +146,7 @@ parse(int argc, char** argv)
   const po::options_description visible = po::options_description()
                                               .add(describeRecording(arguments.dataset))
                                               .add(describeRun(arguments));
-  const auto values =
-      parseScanArguments(argc, argv, visible, -1, arguments.scans, printHelp);
+  const auto values = parseScanArguments(argc, argv, visible, -1, arguments.scans, printHelp);
   if (!values)
     return std::nullopt;
   if (arguments.scans.empty())
@@ -162,8 +157,7 @@ parse(int argc, char** argv)
     throw UsageError(error);
   arguments.variants = chooseMethods((*values)["methods"].as<std::string>());
   if (values->count("ablations"))
-    arguments.variants.insert(arguments.variants.end(), ablations().begin(),
-                              ablations().end());
+    arguments.variants.insert(arguments.variants.end(), ablations().begin(), ablations().end());
   arguments.conditions = chooseConditions(*values);
   return arguments;
 }
@@ -171,32 +165,29 @@ parse(int argc, char** argv)
 /** The recording under a condition; --max-frames counts the frames before any are left
  * out. */
 RGBDDataset::Ptr
-openScan(const std::string& folder, const Condition& condition,
-         const Arguments& arguments)
+openScan(const std::string& folder, const Condition& condition, const Arguments& arguments)
 {
   DatasetOptions options = arguments.dataset;
   options.stride *= condition.keep;
   options.max_frames = (options.max_frames + condition.keep - 1) / condition.keep;
   RGBDDataset::Ptr dataset = openDataset(folder, options);
   if (dataset->groundTruth().empty())
-    throw pcl::IOException(folder +
-                           ": the recording holds no true poses to compare with");
+    throw pcl::IOException(folder + ": the recording holds no true poses to compare with");
   if (condition.blur > 0)
     dataset = std::make_shared<BlurredDataset>(dataset, condition.blur, arguments.seed);
   return dataset;
 }
 
 ConditionResult
-runCondition(const std::string& folder, const Condition& condition,
-             const Arguments& arguments, const Trajectory& truth)
+runCondition(const std::string& folder, const Condition& condition, const Arguments& arguments,
+             const Trajectory& truth)
 {
   ConditionResult result{condition, {}};
   const RGBDDataset::Ptr dataset = openScan(folder, condition, arguments);
   PreparedScan scan(*dataset, arguments.reconstruction);
   for (const Variant& variant : arguments.variants) {
     if (!arguments.is_quiet)
-      std::cerr << folder << ", " << toString(condition) << ": " << variant.name
-                << "\n";
+      std::cerr << folder << ", " << toString(condition) << ": " << variant.name << "\n";
     ProgressPrinter progress(arguments.is_quiet);
     result.measurements.push_back(
         measure(scan, variant, arguments.reconstruction, truth, std::ref(progress)));
@@ -229,9 +220,8 @@ std::string
 folderName(const std::string& path)
 {
   const fs::path name = fs::path(path).lexically_normal().filename();
-  return name == "."
-             ? fs::path(path).lexically_normal().parent_path().filename().string()
-             : name.string();
+  return name == "." ? fs::path(path).lexically_normal().parent_path().filename().string()
+                     : name.string();
 }
 
 int
@@ -250,8 +240,7 @@ runBenchmark(int argc, char** argv)
     const Trajectory truth = openScan(folder, {}, *arguments)->groundTruth();
     scans.push_back({folderName(folder), {}});
     for (const Condition& condition : arguments->conditions) {
-      scans.back().conditions.push_back(
-          runCondition(folder, condition, *arguments, truth));
+      scans.back().conditions.push_back(runCondition(folder, condition, *arguments, truth));
       std::cout << scans.back().name << ", " << toString(condition) << "\n\n"
                 << toMarkdown(scans.back().conditions.back()) << std::endl;
       writeResults(*arguments, scans);

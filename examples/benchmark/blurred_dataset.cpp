@@ -31,9 +31,8 @@ blurKernel(double length, double angle)
 
 } // namespace
 
-BlurredDataset::BlurredDataset(RGBDDataset::Ptr sharp, double fraction,
-                               std::uint64_t seed)
-    : sharp_(std::move(sharp)), seed_(seed), is_blurred_(sharp_->size())
+BlurredDataset::BlurredDataset(RGBDDataset::Ptr sharp, double fraction, std::uint64_t seed)
+: sharp_(std::move(sharp)), seed_(seed), is_blurred_(sharp_->size())
 {
   std::vector<std::size_t> order(size());
   std::iota(order.begin(), order.end(), 0);
@@ -51,8 +50,7 @@ BlurredDataset::read(std::size_t index) const
     return frame;
   std::mt19937_64 random(seed_ + 0x9e3779b97f4a7c15ull * (id(index) + 1));
   std::uniform_real_distribution<double> uniform(0, 1);
-  const double length =
-      frame.color.cols * (SHORTEST + (LONGEST - SHORTEST) * uniform(random));
+  const double length = frame.color.cols * (SHORTEST + (LONGEST - SHORTEST) * uniform(random));
   cv::Mat blurred;
   cv::filter2D(frame.color, blurred, -1, blurKernel(length, CV_PI * uniform(random)),
                cv::Point(-1, -1), 0, cv::BORDER_REPLICATE);

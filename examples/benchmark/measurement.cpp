@@ -20,18 +20,16 @@ ordinal(std::size_t n)
 std::string
 toString(const Condition& condition)
 {
-  std::string text = condition.keep == 1
-                         ? "every frame"
-                         : "every " + ordinal(condition.keep) + " frame";
+  std::string text =
+      condition.keep == 1 ? "every frame" : "every " + ordinal(condition.keep) + " frame";
   if (condition.blur > 0)
     text += ", " + std::to_string(std::lround(100 * condition.blur)) + " % blurred";
   return text;
 }
 
 Measurement
-measure(PreparedScan& scan, const Variant& variant,
-        const ReconstructionOptions& options, const Trajectory& truth,
-        const ProgressCallback& progress)
+measure(PreparedScan& scan, const Variant& variant, const ReconstructionOptions& options,
+        const Trajectory& truth, const ProgressCallback& progress)
 {
   ReconstructionOptions varied = options;
   variant.apply(varied);

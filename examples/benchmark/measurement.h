@@ -50,8 +50,7 @@ struct ScanResult {
 };
 
 Measurement
-measure(PreparedScan& scan, const Variant& variant,
-        const ReconstructionOptions& options, const Trajectory& truth,
-        const ProgressCallback& progress);
+measure(PreparedScan& scan, const Variant& variant, const ReconstructionOptions& options,
+        const Trajectory& truth, const ProgressCallback& progress);
 
 } // namespace bundle_icp

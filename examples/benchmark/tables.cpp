@@ -43,9 +43,8 @@ curveTable(const std::vector<ConditionResult>& conditions, Axis axis)
   for (const ConditionResult& result : conditions) {
     rows += "| " + label(result.condition, axis) + " |";
     for (const Measurement& m : result.measurements)
-      rows +=
-          (m.absolute ? format(" %.2f cm", 100 * m.absolute->translation.rmse) : " -") +
-          format(", %.0f %% |", 100 * m.share());
+      rows += (m.absolute ? format(" %.2f cm", 100 * m.absolute->translation.rmse) : " -") +
+              format(", %.0f %% |", 100 * m.share());
     rows += "\n";
   }
   return head + "\n" + rule + "\n" + rows;
@@ -54,11 +53,8 @@ curveTable(const std::vector<ConditionResult>& conditions, Axis axis)
 Json
 toJson(const ErrorStatistics& s)
 {
-  return {{"rmse", s.rmse},
-          {"mean", s.mean},
-          {"median", s.median},
-          {"max", s.max},
-          {"count", s.count}};
+  return {
+      {"rmse", s.rmse}, {"mean", s.mean}, {"median", s.median}, {"max", s.max}, {"count", s.count}};
 }
 
 Json
@@ -66,8 +62,7 @@ toJson(const std::optional<RelativePoseError>& error)
 {
   if (!error)
     return nullptr;
-  return {{"translation_m", toJson(error->translation)},
-          {"rotation_rad", toJson(error->rotation)}};
+  return {{"translation_m", toJson(error->translation)}, {"rotation_rad", toJson(error->rotation)}};
 }
 
 Json
@@ -125,12 +120,10 @@ toMarkdown(const ConditionResult& result)
                      "| [rad] | all pairs [m] | [rad] | time [s] |\n"
                      "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n";
   for (const Measurement& m : result.measurements)
-    text +=
-        "| " + m.variant +
-        format(" | %zu of %zu (%.0f %%) |", m.registered, m.frames, 100 * m.share()) +
-        (m.absolute ? format(" %.5f |", m.absolute->translation.rmse) : " - |") +
-        cells(m.frame) + cells(m.second) + cells(m.all_pairs) +
-        format(" %.1f |\n", m.seconds);
+    text += "| " + m.variant +
+            format(" | %zu of %zu (%.0f %%) |", m.registered, m.frames, 100 * m.share()) +
+            (m.absolute ? format(" %.5f |", m.absolute->translation.rmse) : " - |") +
+            cells(m.frame) + cells(m.second) + cells(m.all_pairs) + format(" %.1f |\n", m.seconds);
   return text;
 }
 
@@ -151,8 +144,8 @@ toMarkdown(const std::vector<ScanResult>& scans, const std::vector<Variant>& var
       text += "\n### " + toString(result.condition) + "\n\n" + toMarkdown(result);
     for (const Axis axis : {Axis::KEEP, Axis::BLUR})
       if (const auto conditions = curve(scan, axis); !conditions.empty())
-        text += "\n### ATE and share of frames with a pose, by " + title(axis) +
-                "\n\n" + curveTable(conditions, axis);
+        text += "\n### ATE and share of frames with a pose, by " + title(axis) + "\n\n" +
+                curveTable(conditions, axis);
   }
   return text;
 }

@@ -3,8 +3,8 @@
 //
 // Registers two organized clouds of a point type of one's own, through the interface
 // that all registrations of PCL share.
-#define PCL_NO_PRECOMPILE // before any header of PCL: the type below is not one of
-                          // PCL's
+// Before any header of PCL: the type below is not one of PCL's.
+#define PCL_NO_PRECOMPILE
 #include <bundle_icp/registration/bundle_icp.h>
 
 #include <iostream>
@@ -16,23 +16,21 @@ struct EIGEN_ALIGN16 LabelledPoint {
   PCL_MAKE_ALIGNED_OPERATOR_NEW
 };
 POINT_CLOUD_REGISTER_POINT_STRUCT(LabelledPoint,
-                                  (float, x, x)(float, y, y)(float, z, z)(std::uint32_t,
-                                                                          label, label))
+                                  (float, x, x)(float, y, y)(float, z, z)(std::uint32_t, label,
+                                                                          label))
 
 using Cloud = pcl::PointCloud<LabelledPoint>;
 
 // The corner of a room, walls at x = 0.4 m, y = 0.3 m and z = 2 m, as a camera sees it:
 // one point per pixel, in the camera's frame.
 Cloud::Ptr
-look(const bundle_icp::CameraIntrinsics& camera,
-     const Eigen::Isometry3d& world_from_camera)
+look(const bundle_icp::CameraIntrinsics& camera, const Eigen::Isometry3d& world_from_camera)
 {
   const Eigen::Vector3d walls(0.4, 0.3, 2);
   Cloud::Ptr cloud(new Cloud(camera.width, camera.height));
   for (int v = 0; v < camera.height; ++v)
     for (int u = 0; u < camera.width; ++u) {
-      const Eigen::Vector3d ray((u - camera.cx) / camera.fx,
-                                (v - camera.cy) / camera.fy, 1);
+      const Eigen::Vector3d ray((u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, 1);
       const Eigen::Vector3d direction = world_from_camera.linear() * ray;
       double depth = std::numeric_limits<double>::infinity();
       LabelledPoint& point = cloud->at(u, v);
@@ -77,9 +75,8 @@ main()
   const Eigen::Isometry3d pose(reg->getFinalTransformation().cast<double>());
   const Eigen::Isometry3d error = truth.inverse() * pose;
   const double angle = Eigen::AngleAxisd(error.linear()).angle();
-  std::cout << "error " << error.translation().norm() << " m, " << angle
-            << " rad; rmse " << bundle_icp->getResult().rmse << " m\n";
-  const bool is_right =
-      reg->hasConverged() && error.translation().norm() < 1e-3 && angle < 1e-3;
+  std::cout << "error " << error.translation().norm() << " m, " << angle << " rad; rmse "
+            << bundle_icp->getResult().rmse << " m\n";
+  const bool is_right = reg->hasConverged() && error.translation().norm() < 1e-3 && angle < 1e-3;
   return is_right ? 0 : 1;
 }

@@ -74,10 +74,10 @@ struct BUNDLE_ICP_EXPORT ReconstructionOptions {
 
 /** How a reconstruction ended. */
 enum class ReconstructionStatus {
-  COMPLETED,         ///< all steps ran; see the frames' reports for what is missing
-  STOPPED,           ///< the progress callback asked to stop; what was done by then is given
+  COMPLETED,          ///< all steps ran; see the frames' reports for what is missing
+  STOPPED,            ///< the progress callback asked to stop; what was done by then is given
   NOTHING_REGISTERED, ///< no two frames could be connected; each frame says why
-  NO_OBJECT          ///< poses are given, but no surface: ReconstructionResult::object says why
+  NO_OBJECT           ///< poses are given, but no surface: ReconstructionResult::object says why
 };
 
 /** What became of one frame of the recording. */
@@ -86,13 +86,14 @@ struct FrameReport {
   double timestamp = 0; ///< [s]
   std::string name;     ///< RGBDDataset::name()
   bool registered = false;
-  int component = -1;    ///< 0 is the largest; each has its own world frame
-  std::string reason;    ///< why it has no pose
+  int component = -1; ///< 0 is the largest; each has its own world frame
+  std::string reason; ///< why it has no pose
   std::size_t features = 0;
   std::size_t matches = 0; ///< visual correspondences to registered frames
   std::size_t inliers = 0; ///< those that agree with the pose
-  double icp_rmse = 0; ///< distance to the virtual depth [m]; 0 = not aligned, see ImageRegistration
-  bool by_geometry = false; ///< registered without visual evidence
+  double icp_rmse =
+      0; ///< distance to the virtual depth [m]; 0 = not aligned, see ImageRegistration
+  bool by_geometry = false;      ///< registered without visual evidence
   double position_deviation = 0; ///< largest standard deviation in any direction [m]
   double rotation_deviation = 0; ///< ... about any axis [rad]
   Pose world_from_camera = Pose::Identity();
@@ -104,19 +105,19 @@ struct FrameReport {
  *  registered frame of component 0. */
 struct ReconstructionResult {
   ReconstructionStatus status = ReconstructionStatus::NOTHING_REGISTERED;
-  std::vector<FrameReport> frames;         ///< in the order of the dataset
+  std::vector<FrameReport> frames;          ///< in the order of the dataset
   std::vector<std::size_t> component_sizes; ///< frames in each component
   /** Images: the readable frames. F2M_ICP and VISUAL_ICP have neither graph nor model. Of a scan
    *  that nothing else shares the graph's descriptors are released. */
   std::shared_ptr<const ImageGraph> graph;
-  std::vector<std::size_t> frame_of_image;  ///< index into `frames` of each image
-  SparseModel model;                        ///< with the calibration
-  SelfCalibrationResult self_calibration;   ///< what was tested, and what applied
-  std::optional<ObjectRegion> object;       ///< when ReconstructionOptions::object asked for it
+  std::vector<std::size_t> frame_of_image; ///< index into `frames` of each image
+  SparseModel model;                       ///< with the calibration
+  SelfCalibrationResult self_calibration;  ///< what was tested, and what applied
+  std::optional<ObjectRegion> object;      ///< when ReconstructionOptions::object asked for it
   pcl::PolygonMesh mesh;  ///< fields of toPolygonMesh(), which has those of PointXYZRGBNormal
   MeshReport mesh_report; ///< how it was cleaned and decimated
   std::vector<std::pair<std::string, double>> timing_s; ///< wall time of each stage [s]
-  std::size_t peak_memory_bytes = 0;        ///< of the process, so far
+  std::size_t peak_memory_bytes = 0;                    ///< of the process, so far
 
   /** Poses of the frames of a component. */
   BUNDLE_ICP_EXPORT Trajectory
@@ -151,26 +152,22 @@ private:
  *  evidence, and MapperOptions::motion_prior. Frames that cannot be read are skipped and named.
  *  \throws pcl::BadArgumentException for invalid options or an empty dataset. */
 BUNDLE_ICP_EXPORT ReconstructionResult
-reconstruct(const RGBDDataset& dataset,
-            const ReconstructionOptions& options = {},
+reconstruct(const RGBDDataset& dataset, const ReconstructionOptions& options = {},
             const ProgressCallback& progress = {});
 
 /** The same from a scan that other reconstructions share; of the options, those of the scan's
  *  preparation are ignored. When preparation was stopped, all that need it are STOPPED. */
 BUNDLE_ICP_EXPORT ReconstructionResult
-reconstruct(PreparedScan& scan,
-            const ReconstructionOptions& options,
+reconstruct(PreparedScan& scan, const ReconstructionOptions& options,
             const ProgressCallback& progress = {});
 
-/** Writes `report.json`, with poses `trajectory.txt`, `calibration.json` and `trajectory.png`, with a graph
- *  `sparse.ply`, and with a mesh `mesh.EXTENSION` in each format and `mesh.png` into a folder, which is made
- *  if needed. All are written before the first takes the place of an earlier one: on failure the folder
- *  stays as it was. Other files in it stay.
+/** Writes `report.json`, with poses `trajectory.txt`, `calibration.json` and `trajectory.png`, with
+ *  a graph `sparse.ply`, and with a mesh `mesh.EXTENSION` in each format and `mesh.png` into a
+ *  folder, which is made if needed. All are written before the first takes the place of an earlier
+ *  one: on failure the folder stays as it was. Other files in it stay.
  *  \throws pcl::IOException naming the file and the reason. */
 BUNDLE_ICP_EXPORT void
-writeReconstruction(const std::string& folder,
-                    const RGBDDataset& dataset,
-                    const ReconstructionOptions& options,
-                    const ReconstructionResult& result);
+writeReconstruction(const std::string& folder, const RGBDDataset& dataset,
+                    const ReconstructionOptions& options, const ReconstructionResult& result);
 
 } // namespace bundle_icp

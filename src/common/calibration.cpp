@@ -43,19 +43,16 @@ shifted(const cv::Mat& depth, double dx, double dy)
 
 /** Removes radial distortion that is left in the image. */
 cv::Mat
-undistorted(const cv::Mat& image,
-            const CameraIntrinsics& camera,
-            const Calibration& calibration,
-            int interpolation,
-            const cv::Scalar& border)
+undistorted(const cv::Mat& image, const CameraIntrinsics& camera, const Calibration& calibration,
+            int interpolation, const cv::Scalar& border)
 {
   const double k1 = calibration[P::RADIAL_1], k2 = calibration[P::RADIAL_2];
   if (k1 == 0 && k2 == 0)
     return image;
   const cv::Matx33d matrix(camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1);
   cv::Mat map_x, map_y, result;
-  cv::initUndistortRectifyMap(matrix, cv::Vec4d(k1, k2, 0, 0), cv::noArray(), matrix,
-                              image.size(), CV_32FC1, map_x, map_y);
+  cv::initUndistortRectifyMap(matrix, cv::Vec4d(k1, k2, 0, 0), cv::noArray(), matrix, image.size(),
+                              CV_32FC1, map_x, map_y);
   cv::remap(image, result, map_x, map_y, interpolation, cv::BORDER_CONSTANT, border);
   return result;
 }
@@ -97,8 +94,9 @@ const char*
 calibrationName(CalibrationParameter parameter)
 {
   static const std::array<const char*, NUM_CALIBRATION_PARAMETERS> names{
-      "focal_x", "focal_y", "center_x", "center_y", "radial_1", "radial_2", "depth_bias",
-      "depth_tilt_x", "depth_tilt_y", "depth_shift_x", "depth_shift_y", "readout", "time_offset"};
+      "focal_x",       "focal_y",    "center_x",     "center_y",     "radial_1",
+      "radial_2",      "depth_bias", "depth_tilt_x", "depth_tilt_y", "depth_shift_x",
+      "depth_shift_y", "readout",    "time_offset"};
   return names[std::size_t(parameter)];
 }
 
@@ -137,8 +135,8 @@ Calibration::isValid(std::string* error) const
   std::string reason;
   for (int i = 0; i < NUM_CALIBRATION_PARAMETERS; ++i)
     if (!(std::abs(values[i]) <= bounds()[i]))
-      reason = std::string(calibrationName(P(i))) + " must lie within +-" +
-               std::to_string(bounds()[i]);
+      reason =
+          std::string(calibrationName(P(i))) + " must lie within +-" + std::to_string(bounds()[i]);
   if (!(depth_scale > 0.5 && depth_scale < 2))
     reason = "depth_scale must lie in (0.5, 2)";
   if (error && !reason.empty())
@@ -147,12 +145,8 @@ Calibration::isValid(std::string* error) const
 }
 
 double
-correctedDepth(double measured,
-               double x,
-               double y,
-               const Calibration& calibration,
-               const DepthError& error,
-               const DepthNoise& noise)
+correctedDepth(double measured, double x, double y, const Calibration& calibration,
+               const DepthError& error, const DepthNoise& noise)
 {
   const double shared = error[0] + error[1] * x + error[2] * y;
   const double tilt = calibration[P::DEPTH_TILT_X] * x + calibration[P::DEPTH_TILT_Y] * y;
@@ -163,9 +157,7 @@ correctedDepth(double measured,
 }
 
 cv::Mat
-correctedDepth(const cv::Mat& depth,
-               const CameraIntrinsics& camera,
-               const Calibration& calibration,
+correctedDepth(const cv::Mat& depth, const CameraIntrinsics& camera, const Calibration& calibration,
                const DepthError& error)
 {
   const CameraIntrinsics exact = calibration.corrected(camera);
@@ -178,23 +170,21 @@ correctedDepth(const cv::Mat& depth,
   for (int v = 0; v < result.rows; ++v) {
     const double x = -exact.cx / exact.fx, y = (v - exact.cy) / exact.fy;
     simd::call<correctRow>({DepthSigma(camera.depth_noise),
-                            float(error[0] + error[1] * x + error[2] * y), float(error[1] / exact.fx),
-                            float(tilt_x * x + tilt_y * y), float(tilt_x / exact.fx),
-                            float(calibration[P::DEPTH_BIAS])},
+                            float(error[0] + error[1] * x + error[2] * y),
+                            float(error[1] / exact.fx), float(tilt_x * x + tilt_y * y),
+                            float(tilt_x / exact.fx), float(calibration[P::DEPTH_BIAS])},
                            result.cols, result.ptr<float>(v));
   }
   return result;
 }
 
 RGBDFrame
-correctedFrame(const RGBDFrame& frame,
-               const CameraIntrinsics& camera,
-               const Calibration& calibration,
-               const DepthError& error)
+correctedFrame(const RGBDFrame& frame, const CameraIntrinsics& camera,
+               const Calibration& calibration, const DepthError& error)
 {
   RGBDFrame result = frame;
-  result.color = undistorted(
-      frame.color, calibration.corrected(camera), calibration, cv::INTER_LINEAR, cv::Scalar::all(0));
+  result.color = undistorted(frame.color, calibration.corrected(camera), calibration,
+                             cv::INTER_LINEAR, cv::Scalar::all(0));
   result.depth = correctedDepth(frame.depth, camera, calibration, error);
   return result;
 }

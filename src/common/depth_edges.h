@@ -16,13 +16,13 @@ class DepthEdges {
 public:
   DepthEdges() = default;
   explicit DepthEdges(const CameraIntrinsics& camera)
-  : noise_(camera.depth_noise, SIGMAS)
-  , slope_(static_cast<float>(STEEPEST / std::min(camera.fx, camera.fy)))
+  : noise_(camera.depth_noise, SIGMAS),
+    slope_(static_cast<float>(STEEPEST / std::min(camera.fx, camera.fy)))
   {
   }
 
-  /** Largest difference [m] of a depth from z [m], so many pixels away on the same surface. A missing
-   *  depth that is 0 never is that near: noise counts up to half of z. */
+  /** Largest difference [m] of a depth from z [m], so many pixels away on the same surface. A
+   *  missing depth that is 0 never is that near: noise counts up to half of z. */
   template <typename Real>
   BUNDLE_ICP_INLINE Real
   tolerance(Real z, float pixels = 1) const

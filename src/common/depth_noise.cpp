@@ -18,8 +18,8 @@ const std::pair<const char*, DepthNoise> SENSORS[] = {{"kinect", {}},
 bool
 DepthNoise::isValid(std::string* error) const
 {
-  if (std::isfinite(constant) && constant > 0 && std::isfinite(quadratic) &&
-      quadratic >= 0 && std::isfinite(offset))
+  if (std::isfinite(constant) && constant > 0 && std::isfinite(quadratic) && quadratic >= 0 &&
+      std::isfinite(offset))
     return true;
   if (error)
     *error = "depth noise needs a finite constant > 0 m and a finite quadratic term >= 0";

@@ -25,8 +25,8 @@ struct LeastSquaresResult {
   double final_cost = 0;
 };
 
-/** The entry that `damping` is a multiple of: as in Ceres Solver it never vanishes, measured where columns
- *  are scaled to about unit length. */
+/** The entry that `damping` is a multiple of: as in Ceres Solver it never vanishes, measured where
+ *  columns are scaled to about unit length. */
 inline double
 dampedPart(double diagonal)
 {
@@ -34,21 +34,24 @@ dampedPart(double diagonal)
   return std::max(diagonal, 1e-6 * scale * scale);
 }
 
-/** Moves `state` to a minimum of half the sum of squared residuals: Levenberg and Marquardt's method with
- *  the trust region of Madsen, Nielsen and Tingleff, as in Ceres Solver, whose constants these are.
+/** Moves `state` to a minimum of half the sum of squared residuals: Levenberg and Marquardt's
+ *  method with the trust region of Madsen, Nielsen and Tingleff, as in Ceres Solver, whose
+ *  constants these are.
  *
  *  A problem has
  *  - double cost(const State&);
  *  - void build(const State&, double damping): its normal equations there, with `damping` times the
  *    dampedPart() of the diagonal added to it;
- *  - std::optional<LeastSquaresStep<State>> solve(const State&): unset when these are not positive definite.
+ *  - std::optional<LeastSquaresStep<State>> solve(const State&): unset when these are not positive
+ *    definite.
  *  \param function_tolerance stops when an iteration changes the cost by less than this share */
 template <class Problem, class State>
 LeastSquaresResult
 minimise(Problem& problem, int max_iterations, double function_tolerance, State& state)
 {
   constexpr double least_damping = 1e-16, largest_damping = 1e32;
-  constexpr double least_gain = 1e-3; // of a step that is taken, over what the linear model promised
+  constexpr double least_gain =
+      1e-3; // of a step that is taken, over what the linear model promised
   constexpr double parameter_tolerance = 1e-8;
   LeastSquaresResult result;
   result.final_cost = result.initial_cost = problem.cost(state);

@@ -58,8 +58,7 @@ isRigid(const Eigen::Matrix4d& matrix, double tolerance)
     return false;
   if ((matrix.row(3) - Eigen::RowVector4d(0, 0, 0, 1)).cwiseAbs().maxCoeff() > tolerance)
     return false;
-  return (r.transpose() * r - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() <=
-         tolerance;
+  return (r.transpose() * r - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() <= tolerance;
 }
 
 Pose

@@ -82,8 +82,7 @@ sampleConsensus(const std::vector<PointPair>& pairs, const RigidAlignmentOptions
     best = pose;
     const double share = 1 - best_cost / worst_cost;
     const double all_inliers = std::min(1 - 1e-12, share * share * share);
-    needed =
-        std::max(MIN_SAMPLES, std::log(1 - options.confidence) / std::log1p(-all_inliers));
+    needed = std::max(MIN_SAMPLES, std::log(1 - options.confidence) / std::log1p(-all_inliers));
   }
   return best;
 }

@@ -15,7 +15,7 @@
 #define BUNDLE_ICP_INLINE inline __attribute__((always_inline))
 #ifdef __x86_64__
 #define BUNDLE_ICP_AVX2 __attribute__((target("avx2,bmi,bmi2")))
-#define BUNDLE_ICP_AVX512                                                              \
+#define BUNDLE_ICP_AVX512                                                                          \
   __attribute__((target("avx512f,avx512bw,avx512dq,avx512vl,avx512vnni,bmi,bmi2")))
 #else
 #define BUNDLE_ICP_AVX2
@@ -178,8 +178,7 @@ any(Ints mask)
   std::memcpy(halves, &mask, sizeof(mask));
   return _mm_movemask_ps(_mm_or_ps(halves[0], halves[1])) != 0;
 #else
-  const auto parts =
-      bitCast<std::int64_t __attribute__((vector_size(4 * lanes)))>(mask);
+  const auto parts = bitCast<std::int64_t __attribute__((vector_size(4 * lanes)))>(mask);
   return (parts[0] | parts[1] | parts[2] | parts[3]) != 0;
 #endif
 }

@@ -18,8 +18,8 @@ errorStatistics(std::vector<double> errors)
   std::sort(errors.begin(), errors.end());
   const double n = static_cast<double>(errors.size());
   result.mean = std::accumulate(errors.begin(), errors.end(), 0.0) / n;
-  result.rmse = std::sqrt(
-      std::inner_product(errors.begin(), errors.end(), errors.begin(), 0.0) / n);
+  result.rmse =
+      std::sqrt(std::inner_product(errors.begin(), errors.end(), errors.begin(), 0.0) / n);
   result.median = (errors[(errors.size() - 1) / 2] + errors[errors.size() / 2]) / 2;
   result.max = errors.back();
   return result;

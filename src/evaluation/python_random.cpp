@@ -23,9 +23,7 @@ struct PythonSeed {
   {
     constexpr std::uint32_t n = 624;
     std::array<std::uint32_t, n> state;
-    const auto mix = [&](std::uint32_t i) {
-      return state[i - 1] ^ (state[i - 1] >> 30);
-    };
+    const auto mix = [&](std::uint32_t i) { return state[i - 1] ^ (state[i - 1] >> 30); };
     state[0] = 19650218;
     for (std::uint32_t i = 1; i < n; ++i)
       state[i] = 1812433253u * mix(i) + i;
@@ -75,8 +73,7 @@ PythonRandom::sample(std::size_t n, std::size_t k)
 {
   std::vector<std::size_t> chosen(k);
   // Python takes from a pool unless a set of the chosen ones is smaller than that pool.
-  const double set_size =
-      21 + std::pow(4, std::ceil(std::log(3.0 * k) / std::log(4.0)));
+  const double set_size = 21 + std::pow(4, std::ceil(std::log(3.0 * k) / std::log(4.0)));
   if (n <= set_size) {
     std::vector<std::size_t> pool(n);
     std::iota(pool.begin(), pool.end(), std::size_t(0));

@@ -90,8 +90,7 @@ sampleMesh(const pcl::PolygonMesh& mesh, const SurfaceErrorOptions& options)
   AreaSampler sampler(options.sample_spacing);
   for (const pcl::Vertices& polygon : mesh.polygons)
     for (std::size_t k = 2; k < polygon.vertices.size(); ++k)
-      sampler.add(at(polygon.vertices[0]), at(polygon.vertices[k - 1]),
-                  at(polygon.vertices[k]));
+      sampler.add(at(polygon.vertices[0]), at(polygon.vertices[k - 1]), at(polygon.vertices[k]));
   if (sampler.samples()->empty())
     fail("the mesh has no area: " + std::to_string(mesh.polygons.size()) + " polygons");
   return sampler.samples();
@@ -150,8 +149,7 @@ SurfaceErrorOptions::isValid(std::string* error) const
 }
 
 SurfaceError
-surfaceError(const pcl::PolygonMesh& mesh, const Cloud& surface,
-             const SurfaceErrorOptions& options)
+surfaceError(const pcl::PolygonMesh& mesh, const Cloud& surface, const SurfaceErrorOptions& options)
 {
   std::string error;
   if (!options.isValid(&error))
@@ -163,13 +161,12 @@ surfaceError(const pcl::PolygonMesh& mesh, const Cloud& surface,
   if (truth->empty())
     fail("the true surface has no finite point");
 
-  const int num_threads =
-      options.num_threads > 0 ? options.num_threads : omp_get_max_threads();
+  const int num_threads = options.num_threads > 0 ? options.num_threads : omp_get_max_threads();
   const Cloud::ConstPtr samples = sampleMesh(mesh, options);
   SurfaceError result;
-  result.accuracy = errorStatistics(
-      options.distance_to_truth ? knownDistances(*samples, options, num_threads)
-                                : nearestDistances(*samples, truth, num_threads));
+  result.accuracy =
+      errorStatistics(options.distance_to_truth ? knownDistances(*samples, options, num_threads)
+                                                : nearestDistances(*samples, truth, num_threads));
   std::size_t num_complete = 0;
   for (const double distance : nearestDistances(*truth, samples, num_threads))
     num_complete += distance <= options.completeness_distance;
@@ -178,8 +175,7 @@ surfaceError(const pcl::PolygonMesh& mesh, const Cloud& surface,
 }
 
 SurfaceError
-surfaceError(const pcl::PolygonMesh& mesh,
-             const pcl::PointCloud<pcl::PointNormal>& surface,
+surfaceError(const pcl::PolygonMesh& mesh, const pcl::PointCloud<pcl::PointNormal>& surface,
              const SurfaceErrorOptions& options)
 {
   Cloud points;
@@ -200,12 +196,11 @@ surfaceError(const pcl::PolygonMesh& mesh,
       std::vector<float> squared(1);
       tree.nearestKSearch(query, 1, index, squared);
       const pcl::PointNormal& nearest = (*truth)[index[0]];
-      const float along = std::abs(nearest.getNormalVector3fMap().dot(
-          query.getVector3fMap() - nearest.getVector3fMap()));
+      const float along = std::abs(
+          nearest.getNormalVector3fMap().dot(query.getVector3fMap() - nearest.getVector3fMap()));
       // Aside by more than the true points are apart there is no true surface.
       const double aside = std::sqrt(std::max(0.0f, squared[0] - along * along));
-      return aside < options.completeness_distance ? double(along)
-                                                   : std::sqrt(double(squared[0]));
+      return aside < options.completeness_distance ? double(along) : std::sqrt(double(squared[0]));
     };
   }
   return surfaceError(mesh, points, planes);

@@ -75,9 +75,8 @@ pairsAtInterval(const std::vector<double>& times, RelativePoseInterval interval)
   const std::size_t n = times.size();
   std::vector<Pair> pairs;
   for (std::size_t i = 0; i < n; ++i) {
-    const std::size_t j = interval == RelativePoseInterval::FRAME
-                              ? std::min(i + 1, n - 1)
-                              : closest(times, times[i] + 1);
+    const std::size_t j = interval == RelativePoseInterval::FRAME ? std::min(i + 1, n - 1)
+                                                                  : closest(times, times[i] + 1);
     if (j != n - 1)
       pairs.emplace_back(i, j);
   }
@@ -101,8 +100,7 @@ medianInterval(const std::vector<double>& times)
 } // namespace
 
 std::optional<AbsoluteTrajectoryError>
-absoluteTrajectoryError(const Trajectory& truth, const Trajectory& estimate,
-                        double max_difference)
+absoluteTrajectoryError(const Trajectory& truth, const Trajectory& estimate, double max_difference)
 {
   const auto pairs = associate(stamps(truth), stamps(estimate), max_difference);
   if (pairs.size() < 3)
@@ -113,13 +111,12 @@ absoluteTrajectoryError(const Trajectory& truth, const Trajectory& estimate,
     positions.col(k) = estimate[pairs[k].second].world_from_camera.translation();
   }
   AbsoluteTrajectoryError result;
-  result.truth_from_estimate.matrix() =
-      Eigen::umeyama(positions, true_positions, false);
+  result.truth_from_estimate.matrix() = Eigen::umeyama(positions, true_positions, false);
   std::vector<double> errors(pairs.size());
   for (std::size_t k = 0; k < pairs.size(); ++k)
-    errors[k] = (result.truth_from_estimate * Eigen::Vector3d(positions.col(k)) -
-                 true_positions.col(k))
-                    .norm();
+    errors[k] =
+        (result.truth_from_estimate * Eigen::Vector3d(positions.col(k)) - true_positions.col(k))
+            .norm();
   result.translation = errorStatistics(std::move(errors));
   return result;
 }
@@ -145,10 +142,9 @@ relativePoseError(const Trajectory& truth, const Trajectory& estimate,
                                 : pairsAtInterval(times, interval)) {
     if (!has_partner[i] || !has_partner[j])
       continue;
-    const Pose estimated =
-        estimate[j].world_from_camera.inverse() * estimate[i].world_from_camera;
-    const Pose expected = truth[partner[j]].world_from_camera.inverse() *
-                          truth[partner[i]].world_from_camera;
+    const Pose estimated = estimate[j].world_from_camera.inverse() * estimate[i].world_from_camera;
+    const Pose expected =
+        truth[partner[j]].world_from_camera.inverse() * truth[partner[i]].world_from_camera;
     const Pose error = estimated.inverse() * expected;
     translations.push_back(error.translation().norm());
     rotations.push_back(rotationAngle(error));
@@ -164,8 +160,7 @@ countFramesWithPose(const std::vector<double>& timestamps, const Trajectory& est
                     double max_difference)
 {
   const std::set<double> unique(timestamps.begin(), timestamps.end());
-  return associate({unique.begin(), unique.end()}, stamps(estimate), max_difference)
-      .size();
+  return associate({unique.begin(), unique.end()}, stamps(estimate), max_difference).size();
 }
 
 } // namespace bundle_icp

@@ -24,9 +24,7 @@ using RowPointers = const std::uint8_t* [ROWS];
 
 /** out[r][16 g + lane] = product of row r with descriptor `lane` of group g. */
 void
-productsPortable(const RowPointers& rows,
-                 const PackedDescriptors& second,
-                 std::int32_t* const* out)
+productsPortable(const RowPointers& rows, const PackedDescriptors& second, std::int32_t* const* out)
 {
   for (int g = 0; g < second.groups(); ++g)
     for (int r = 0; r < ROWS; ++r) {
@@ -64,10 +62,10 @@ productsAvx2(const RowPointers& rows, const PackedDescriptors& second, std::int3
       for (int r = 0; r < ROWS; ++r) {
         // Values of at most 127: the 16-bit sums of two products cannot saturate.
         const __m256i a = _mm256_set1_epi32(loadChunk(rows[r], c));
-        sum[r][0] = _mm256_add_epi32(
-            sum[r][0], _mm256_madd_epi16(_mm256_maddubs_epi16(a, low), ones));
-        sum[r][1] = _mm256_add_epi32(
-            sum[r][1], _mm256_madd_epi16(_mm256_maddubs_epi16(a, high), ones));
+        sum[r][0] =
+            _mm256_add_epi32(sum[r][0], _mm256_madd_epi16(_mm256_maddubs_epi16(a, low), ones));
+        sum[r][1] =
+            _mm256_add_epi32(sum[r][1], _mm256_madd_epi16(_mm256_maddubs_epi16(a, high), ones));
       }
     }
     for (int r = 0; r < ROWS; ++r)
@@ -139,9 +137,7 @@ PackedDescriptors::PackedDescriptors(const cv::Mat& descriptors)
 }
 
 void
-bestProducts(const cv::Mat& first,
-             const PackedDescriptors& second,
-             std::vector<BestProducts>& rows,
+bestProducts(const cv::Mat& first, const PackedDescriptors& second, std::vector<BestProducts>& rows,
              std::vector<int>& columns)
 {
   const int n = second.size(), padded = second.groups() * GROUP;

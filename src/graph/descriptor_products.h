@@ -51,9 +51,7 @@ struct BestProducts {
  *  `rows`, the index of the best row of each column in `columns`. Exact integers, so the
  *  result does not depend on the instructions that the processor has. */
 void
-bestProducts(const cv::Mat& first,
-             const PackedDescriptors& second,
-             std::vector<BestProducts>& rows,
+bestProducts(const cv::Mat& first, const PackedDescriptors& second, std::vector<BestProducts>& rows,
              std::vector<int>& columns);
 
 } // namespace bundle_icp

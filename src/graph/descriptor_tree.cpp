@@ -56,13 +56,13 @@ struct SquaredDistance {
 
 using Search = pcl::search::FlannSearch<Descriptor, SquaredDistance>;
 
-/** A tree that grows from its first row. To build one, FLANN draws from the system's entropy and from
- *  rand(), which all threads share; to add rows to it, it draws nothing. */
+/** A tree that grows from its first row. To build one, FLANN draws from the system's entropy and
+ *  from rand(), which all threads share; to add rows to it, it draws nothing. */
 class GrownTree : public flann::KDTreeIndex<SquaredDistance> {
 public:
   explicit GrownTree(const flann::Matrix<float>& rows)
-  : KDTreeIndex({rows.ptr(), 1, rows.cols}, flann::KDTreeIndexParams(1))
-  , others_(rows[1], rows.rows - 1, rows.cols)
+  : KDTreeIndex({rows.ptr(), 1, rows.cols}, flann::KDTreeIndexParams(1)),
+    others_(rows[1], rows.rows - 1, rows.cols)
   {
   }
 
@@ -92,9 +92,7 @@ toCloud(const cv::Mat& descriptors)
   Cloud::Ptr cloud(new Cloud);
   cloud->resize(descriptors.rows);
   for (int i = 0; i < descriptors.rows; ++i)
-    std::copy_n(descriptors.ptr<std::uint8_t>(i),
-                PackedDescriptors::LENGTH,
-                (*cloud)[i].histogram);
+    std::copy_n(descriptors.ptr<std::uint8_t>(i), PackedDescriptors::LENGTH, (*cloud)[i].histogram);
   return cloud;
 }
 

@@ -44,8 +44,7 @@ prepare(const cv::Mat& descriptors, const MatchingOptions& options)
 
 /** For each descriptor of `second` that was matched the nearest in the tree, -1 for all others. */
 std::vector<int>
-nearestOfMatched(const DescriptorTree& first,
-                 const cv::Mat& second,
+nearestOfMatched(const DescriptorTree& first, const cv::Mat& second,
                  const std::vector<FeatureMatch>& matches)
 {
   cv::Mat queries;
@@ -59,11 +58,8 @@ nearestOfMatched(const DescriptorTree& first,
 }
 
 std::vector<FeatureMatch>
-match(const cv::Mat& first,
-      const cv::Mat& second,
-      const PreparedDescriptors& first_prepared,
-      const PreparedDescriptors& second_prepared,
-      const MatchingOptions& options)
+match(const cv::Mat& first, const cv::Mat& second, const PreparedDescriptors& first_prepared,
+      const PreparedDescriptors& second_prepared, const MatchingOptions& options)
 {
   std::vector<FeatureMatch> matches;
   if (first.rows == 0 || second.rows < 2)
@@ -76,13 +72,12 @@ match(const cv::Mat& first,
     rows = second_prepared.tree->bestProducts(first);
   const double squared_ratio = options.ratio * options.ratio;
   for (int i = 0; i < first.rows; ++i)
-    if (rows[i].index >= 0 && halfSquaredDistance(rows[i].best) <
-                                  squared_ratio * halfSquaredDistance(rows[i].second))
+    if (rows[i].index >= 0 &&
+        halfSquaredDistance(rows[i].best) < squared_ratio * halfSquaredDistance(rows[i].second))
       matches.push_back({i, rows[i].index});
   if (first_prepared.tree)
     columns = nearestOfMatched(*first_prepared.tree, second, matches);
-  matches.erase(std::remove_if(matches.begin(),
-                               matches.end(),
+  matches.erase(std::remove_if(matches.begin(), matches.end(),
                                [&](const FeatureMatch& m) { return columns[m.second] != m.first; }),
                 matches.end());
   return matches;
@@ -99,8 +94,8 @@ checkArguments(std::size_t num_features,
   for (const auto& [i, j] : candidates)
     if (i >= num_features || j >= num_features || i == j)
       throw pcl::BadArgumentException("matchPairs: candidate pair " + std::to_string(i) + ", " +
-                                      std::to_string(j) + " of " +
-                                      std::to_string(num_features) + " images");
+                                      std::to_string(j) + " of " + std::to_string(num_features) +
+                                      " images");
 }
 
 } // namespace
@@ -144,10 +139,8 @@ matchDescriptors(const cv::Mat& first, const cv::Mat& second, const MatchingOpti
 }
 
 FramePair
-verifyMatches(const Features& first,
-              const Features& second,
-              const std::vector<FeatureMatch>& putative,
-              const CameraIntrinsics& camera,
+verifyMatches(const Features& first, const Features& second,
+              const std::vector<FeatureMatch>& putative, const CameraIntrinsics& camera,
               const MatchingOptions& options)
 {
   FramePair pair;
@@ -158,10 +151,9 @@ verifyMatches(const Features& first,
     if (!first.hasDepth(m.first) || !second.hasDepth(m.second))
       continue;
     measured.push_back(m);
-    points.push_back({pointInCamera(second, m.second, camera),
-                      pointInCamera(first, m.first, camera),
-                      1 / (pointVariance(first, m.first, camera) +
-                           pointVariance(second, m.second, camera))});
+    points.push_back(
+        {pointInCamera(second, m.second, camera), pointInCamera(first, m.first, camera),
+         1 / (pointVariance(first, m.first, camera) + pointVariance(second, m.second, camera))});
   }
   if (points.size() < options.min_matches)
     return pair;
@@ -175,32 +167,25 @@ verifyMatches(const Features& first,
 }
 
 std::vector<FramePair>
-matchPairs(const std::vector<const Features*>& features,
-           const CameraIntrinsics& camera,
+matchPairs(const std::vector<const Features*>& features, const CameraIntrinsics& camera,
            const std::vector<std::pair<std::size_t, std::size_t>>& candidates,
-           const MatchingOptions& options,
-           const ProgressCallback& progress)
+           const MatchingOptions& options, const ProgressCallback& progress)
 {
   checkArguments(features.size(), candidates, options);
   std::vector<PreparedDescriptors> prepared(features.size());
-  parallelFor(features.size(), options.num_threads, {}, [&](std::size_t i) {
-    prepared[i] = prepare(features[i]->descriptors, options);
-  });
+  parallelFor(features.size(), options.num_threads, {},
+              [&](std::size_t i) { prepared[i] = prepare(features[i]->descriptors, options); });
 
   std::vector<FramePair> slots(candidates.size());
   parallelFor(candidates.size(), options.num_threads, {"matching", progress}, [&](std::size_t c) {
     const auto [i, j] = candidates[c];
-    const std::vector<FeatureMatch> putative = match(features[i]->descriptors,
-                                                     features[j]->descriptors,
-                                                     prepared[i],
-                                                     prepared[j],
-                                                     options);
+    const std::vector<FeatureMatch> putative = match(
+        features[i]->descriptors, features[j]->descriptors, prepared[i], prepared[j], options);
     slots[c] = verifyMatches(*features[i], *features[j], putative, camera, options);
     slots[c].first = i;
     slots[c].second = j;
   });
-  slots.erase(std::remove_if(slots.begin(),
-                             slots.end(),
+  slots.erase(std::remove_if(slots.begin(), slots.end(),
                              [](const FramePair& pair) { return pair.matches.empty(); }),
               slots.end());
   return slots;

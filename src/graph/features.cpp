@@ -16,8 +16,8 @@ namespace bundle_icp {
 namespace {
 
 constexpr int DESCRIPTOR_SIZE = 128;
-/** A window with a depth farther from its plane than this many sigma holds a depth edge. The plane has
- *  explained the slope, and what is tested is the largest of dozens of residuals. */
+/** A window with a depth farther from its plane than this many sigma holds a depth edge. The plane
+ *  has explained the slope, and what is tested is the largest of dozens of residuals. */
 constexpr double EDGE_SIGMAS = 8;
 
 /** RootSIFT: the Hellinger kernel on SIFT as a Euclidean distance. */
@@ -52,9 +52,7 @@ struct MeasuredDepth {
 /** Depth at a sub-pixel position: a plane through the window's depth, which averages noise
  *  and quantisation without the bias that a mean has on slanted surfaces. */
 MeasuredDepth
-measureDepth(const cv::Mat& depth,
-             const CameraIntrinsics& camera,
-             const Eigen::Vector2f& pixel,
+measureDepth(const cv::Mat& depth, const CameraIntrinsics& camera, const Eigen::Vector2f& pixel,
              const FeatureOptions& options)
 {
   const int r = options.depth_radius;
@@ -114,11 +112,8 @@ depthMask(const cv::Mat& depth, const cv::Size& size, const FeatureOptions& opti
 
 /** SIFT with positions and sizes in pixels of `gray`, of keypoints that can have a depth. */
 void
-detectSift(const cv::Mat& gray,
-           const cv::Mat& depth,
-           const FeatureOptions& options,
-           std::vector<cv::KeyPoint>& keypoints,
-           cv::Mat& descriptors)
+detectSift(const cv::Mat& gray, const cv::Mat& depth, const FeatureOptions& options,
+           std::vector<cv::KeyPoint>& keypoints, cv::Mat& descriptors)
 {
   const int reduction = imageReduction(gray.size(), options);
   cv::Mat image = gray;
@@ -126,9 +121,9 @@ detectSift(const cv::Mat& gray,
     cv::resize(gray, image, gray.size() / reduction, 0, 0, cv::INTER_AREA);
   cv::SIFT::create(options.max_features, 3, options.contrast_threshold)
       ->detectAndCompute(image, depthMask(depth, image.size(), options), keypoints, descriptors);
-  // SIFT doubles its image by cv::resize, whose first pixel lies a quarter of a pixel before that of
-  // the image, and halves positions as if it did not; that of the reduced image lies
-  // (reduction - 1) / 2 behind that of `gray`.
+  // SIFT doubles its image by cv::resize, whose first pixel lies a quarter of a pixel before that
+  // of the image, and halves positions as if it did not; that of the reduced image lies (reduction
+  // - 1) / 2 behind that of `gray`.
   const float scale_x = float(gray.cols) / image.cols, scale_y = float(gray.rows) / image.rows;
   for (cv::KeyPoint& keypoint : keypoints) {
     keypoint.pt.x = scale_x * (keypoint.pt.x - 0.25f + 0.5f) - 0.5f;
@@ -152,7 +147,8 @@ measureSharpness(const cv::Mat& gray)
 }
 
 void
-checkArguments(const RGBDFrame& frame, const CameraIntrinsics& camera, const FeatureOptions& options)
+checkArguments(const RGBDFrame& frame, const CameraIntrinsics& camera,
+               const FeatureOptions& options)
 {
   std::string error;
   if (!options.isValid(&error) || !camera.isValid(&error))
@@ -160,8 +156,9 @@ checkArguments(const RGBDFrame& frame, const CameraIntrinsics& camera, const Fea
   const cv::Size size(camera.width, camera.height);
   if (frame.color.type() != CV_8UC3 || frame.depth.type() != CV_32FC1 ||
       frame.color.size() != size || frame.depth.size() != size)
-    throw pcl::BadArgumentException("extractFeatures: frame " + std::to_string(frame.id) +
-                                    " needs CV_8UC3 colour and CV_32FC1 depth of the camera's size");
+    throw pcl::BadArgumentException(
+        "extractFeatures: frame " + std::to_string(frame.id) +
+        " needs CV_8UC3 colour and CV_32FC1 depth of the camera's size");
 }
 
 } // namespace
@@ -186,8 +183,7 @@ FeatureOptions::isValid(std::string* error) const
 }
 
 Features
-extractFeatures(const RGBDFrame& frame,
-                const CameraIntrinsics& camera,
+extractFeatures(const RGBDFrame& frame, const CameraIntrinsics& camera,
                 const FeatureOptions& options)
 {
   checkArguments(frame, camera, options);
@@ -209,7 +205,8 @@ extractFeatures(const RGBDFrame& frame,
     features.pixel_sigmas.push_back(options.pixel_sigma *
                                     std::max(1.0f, std::sqrt(keypoint.size / 4)));
     features.colors.push_back(frame.color.at<cv::Vec3b>(keypoint.pt));
-    const MeasuredDepth measured = measureDepth(frame.depth, camera, features.pixels.back(), options);
+    const MeasuredDepth measured =
+        measureDepth(frame.depth, camera, features.pixels.back(), options);
     features.depths.push_back(measured.depth);
     features.depth_sigmas.push_back(measured.sigma);
     features.depth_slopes.push_back(measured.slope);

@@ -166,8 +166,8 @@ ImageGraph::Impl::excludeImages()
     node.exclusion.clear();
     if (sharpness.empty()) {
       node.exclusion = "no other image shares " + std::to_string(options.matching.min_matches) +
-                       " verified matches with it (" +
-                       std::to_string(node.image.features.size()) + " features)";
+                       " verified matches with it (" + std::to_string(node.image.features.size()) +
+                       " features)";
       continue;
     }
     std::nth_element(sharpness.begin(), sharpness.begin() + sharpness.size() / 2, sharpness.end());
@@ -179,12 +179,12 @@ ImageGraph::Impl::excludeImages()
 }
 
 bool
-ImageGraph::append(std::vector<ImageNode> images,
-                   bool ordered_in_time,
+ImageGraph::append(std::vector<ImageNode> images, bool ordered_in_time,
                    const ProgressCallback& progress)
 {
   if (!impl_->has_descriptors)
-    throw pcl::BadArgumentException("ImageGraph: the descriptors were released; no image can be appended");
+    throw pcl::BadArgumentException(
+        "ImageGraph: the descriptors were released; no image can be appended");
   Graph& graph = impl_->graph;
   const std::size_t first_new = boost::num_vertices(graph);
   for (ImageNode& image : images) {
@@ -198,11 +198,9 @@ ImageGraph::append(std::vector<ImageNode> images,
     completed = !progress || progress(p);
     return completed;
   };
-  for (FramePair& pair : matchPairs(impl_->allFeatures(),
-                                    impl_->camera,
-                                    {candidates.begin(), candidates.end()},
-                                    impl_->options.matching,
-                                    watch)) {
+  for (FramePair& pair :
+       matchPairs(impl_->allFeatures(), impl_->camera, {candidates.begin(), candidates.end()},
+                  impl_->options.matching, watch)) {
     graph[pair.first].correspondences += pair.matches.size();
     graph[pair.second].correspondences += pair.matches.size();
     const std::size_t first = pair.first, second = pair.second;
@@ -253,9 +251,8 @@ ImageGraph::edges(std::size_t image) const
   const auto [begin, end] = boost::out_edges(image, impl_->graph);
   for (auto edge = begin; edge != end; ++edge)
     result.push_back({boost::target(*edge, impl_->graph), &impl_->graph[*edge]});
-  std::sort(result.begin(), result.end(), [](const ImageEdge& a, const ImageEdge& b) {
-    return a.neighbour < b.neighbour;
-  });
+  std::sort(result.begin(), result.end(),
+            [](const ImageEdge& a, const ImageEdge& b) { return a.neighbour < b.neighbour; });
   return result;
 }
 

@@ -19,8 +19,7 @@ constexpr int LLOYD_ITERATIONS = 10;
 Eigen::Map<const Eigen::Matrix<std::uint8_t, LENGTH, 1>>
 row(const cv::Mat& descriptors, int i)
 {
-  return Eigen::Map<const Eigen::Matrix<std::uint8_t, LENGTH, 1>>(
-      descriptors.ptr<std::uint8_t>(i));
+  return Eigen::Map<const Eigen::Matrix<std::uint8_t, LENGTH, 1>>(descriptors.ptr<std::uint8_t>(i));
 }
 
 Eigen::MatrixXf
@@ -72,10 +71,11 @@ trainVocabulary(const Eigen::MatrixXf& samples, int words, std::uint64_t seed)
 bool
 RetrievalOptions::isValid(std::string* error) const
 {
-  const char* reason = vocabulary_size < 1              ? "vocabulary_size must be >= 1"
-                       : training_size < vocabulary_size ? "training_size must be >= vocabulary_size"
-                       : num_threads < 0                ? "num_threads must be >= 0"
-                                                        : nullptr;
+  const char* reason = vocabulary_size < 1 ? "vocabulary_size must be >= 1"
+                       : training_size < vocabulary_size
+                           ? "training_size must be >= vocabulary_size"
+                       : num_threads < 0 ? "num_threads must be >= 0"
+                                         : nullptr;
   if (reason && error)
     *error = reason;
   return !reason;
@@ -107,9 +107,8 @@ ImageRetrieval::ImageRetrieval(const std::vector<const Features*>& images,
                              : trainVocabulary(samples, options.vocabulary_size, options.seed);
 
   descriptors_.resize(images.size());
-  parallelFor(images.size(), options.num_threads, {}, [&](std::size_t i) {
-    descriptors_[i] = describe(*images[i]);
-  });
+  parallelFor(images.size(), options.num_threads, {},
+              [&](std::size_t i) { descriptors_[i] = describe(*images[i]); });
 }
 
 void
@@ -138,8 +137,7 @@ ImageRetrieval::describe(const Features& image) const
 }
 
 std::vector<std::size_t>
-ImageRetrieval::mostSimilar(std::size_t query,
-                            const std::vector<std::size_t>& among,
+ImageRetrieval::mostSimilar(std::size_t query, const std::vector<std::size_t>& among,
                             std::size_t count) const
 {
   std::vector<std::pair<float, std::size_t>> scored;

@@ -22,13 +22,11 @@ associate(const std::vector<double>& first, const std::vector<double>& second,
   using Candidate = std::tuple<double, double, double, std::size_t, std::size_t>;
   std::vector<Candidate> candidates;
   for (std::size_t i = 0; i < first.size(); ++i) {
-    const auto begin = std::lower_bound(
-        order.begin(), order.end(), first[i] - max_difference,
-        [&](std::size_t j, double stamp) { return second[j] < stamp; });
-    for (auto j = begin; j != order.end() && second[*j] <= first[i] + max_difference;
-         ++j)
-      if (const double difference = std::abs(first[i] - second[*j]);
-          difference < max_difference)
+    const auto begin =
+        std::lower_bound(order.begin(), order.end(), first[i] - max_difference,
+                         [&](std::size_t j, double stamp) { return second[j] < stamp; });
+    for (auto j = begin; j != order.end() && second[*j] <= first[i] + max_difference; ++j)
+      if (const double difference = std::abs(first[i] - second[*j]); difference < max_difference)
         candidates.emplace_back(difference, first[i], second[*j], i, *j);
   }
   std::sort(candidates.begin(), candidates.end());
@@ -41,8 +39,7 @@ associate(const std::vector<double>& first, const std::vector<double>& second,
       pairs.emplace_back(i, j);
     }
   std::sort(pairs.begin(), pairs.end(), [&](const auto& a, const auto& b) {
-    return std::make_pair(first[a.first], a.first) <
-           std::make_pair(first[b.first], b.first);
+    return std::make_pair(first[a.first], a.first) < std::make_pair(first[b.first], b.first);
   });
   return pairs;
 }

@@ -46,16 +46,15 @@ requireCamera(const Json& json, const CameraIntrinsics& camera)
   const double width = numberIn(json, "width", "camera: width");
   const double height = numberIn(json, "height", "camera: height");
   if (width != camera.width || height != camera.height)
-    throw pcl::IOException("made for images of " + toText(width) + "x" +
-                           toText(height) + ", not " + std::to_string(camera.width) +
-                           "x" + std::to_string(camera.height));
+    throw pcl::IOException("made for images of " + toText(width) + "x" + toText(height) + ", not " +
+                           std::to_string(camera.width) + "x" + std::to_string(camera.height));
   const std::pair<const char*, double> expected[] = {
       {"fx", camera.fx}, {"fy", camera.fy}, {"cx", camera.cx}, {"cy", camera.cy}};
   for (const auto& [name, value] : expected) {
     const double found = numberIn(json, name, std::string("camera: ") + name);
     if (std::abs(found - value) > 1e-3)
-      throw pcl::IOException(std::string("made for a camera of ") + name + " " +
-                             toText(found) + ", not " + toText(value));
+      throw pcl::IOException(std::string("made for a camera of ") + name + " " + toText(found) +
+                             ", not " + toText(value));
   }
 }
 
@@ -112,10 +111,9 @@ writeCalibration(const std::string& path, const Calibration& calibration,
             {"depth_scale", calibration.depth_scale}};
   for (int i = 0; i < NUM_CALIBRATION_PARAMETERS; ++i) {
     const auto parameter = CalibrationParameter(i);
-    json["parameters"][calibrationName(parameter)] = {
-        {"value", calibration.values[i]},
-        {"deviation", calibration.deviations[i]},
-        {"unit", calibrationUnit(parameter)}};
+    json["parameters"][calibrationName(parameter)] = {{"value", calibration.values[i]},
+                                                      {"deviation", calibration.deviations[i]},
+                                                      {"unit", calibrationUnit(parameter)}};
   }
   writeAtomically(path, [&](const std::string& temporary) {
     std::ofstream file(temporary, std::ios::binary);

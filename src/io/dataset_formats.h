@@ -25,8 +25,7 @@ struct Recording {
   std::optional<CameraIntrinsics> intrinsics; ///< size 0 = that of the images
   std::string intrinsics_source;              ///< where they come from, for messages
   double depth_scale = 1000;                  ///< units per metre
-  bool is_seven_scenes =
-      false; ///< made by the 7-Scenes camera unless intrinsics say otherwise
+  bool is_seven_scenes = false; ///< made by the 7-Scenes camera unless intrinsics say otherwise
   Trajectory ground_truth;
   std::vector<SkippedFile> skipped;
 };
@@ -51,7 +50,6 @@ readOpen3dFolder(const std::string& folder);
 /** A dataset over the frames of a recording whose images are files.
  *  \throws as openDataset(). */
 RGBDDataset::Ptr
-makeImageFileDataset(Recording recording, const std::string& folder,
-                     const DatasetOptions& options);
+makeImageFileDataset(Recording recording, const std::string& folder, const DatasetOptions& options);
 
 } // namespace bundle_icp

@@ -58,8 +58,7 @@ readImage(const std::string& path, int flags)
     // The image stays empty: OpenCV's text names its own source lines, not the fault.
   }
   if (image.empty())
-    throw pcl::IOException(
-        path + ": cannot be decoded as an image (corrupt, or of another kind)");
+    throw pcl::IOException(path + ": cannot be decoded as an image (corrupt, or of another kind)");
   return image;
 }
 
@@ -68,12 +67,11 @@ readImage(const std::string& path, int flags)
 cv::Mat
 readColorImage(const std::string& path)
 {
-  cv::Mat image = readImage(path, cv::IMREAD_COLOR | cv::IMREAD_ANYDEPTH |
-                                      cv::IMREAD_IGNORE_ORIENTATION);
+  cv::Mat image =
+      readImage(path, cv::IMREAD_COLOR | cv::IMREAD_ANYDEPTH | cv::IMREAD_IGNORE_ORIENTATION);
   if (image.type() != CV_8UC3)
-    throw UnsuitableImage(
-        path + ": more than 8 bits a channel where a colour image is expected" +
-        " (is it a depth image?)");
+    throw UnsuitableImage(path + ": more than 8 bits a channel where a colour image is expected" +
+                          " (is it a depth image?)");
   return image;
 }
 

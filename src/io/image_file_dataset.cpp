@@ -30,16 +30,15 @@ readImages(const RecordedFrame& frame)
 {
   ImagePair images{readColorImage(frame.color_file), readDepthImage(frame.depth_file)};
   if (images.color.size() != images.depth.size())
-    throw UnsuitableImage(frame.depth_file + ": depth of " +
-                          toString(images.depth.size()) + " where the colour image " +
-                          frame.color_file + " has " + toString(images.color.size()) +
-                          "; sizes must be equal");
+    throw UnsuitableImage(frame.depth_file + ": depth of " + toString(images.depth.size()) +
+                          " where the colour image " + frame.color_file + " has " +
+                          toString(images.color.size()) + "; sizes must be equal");
   return images;
 }
 
 void
-checkSize(const RecordedFrame& frame, const cv::Size& size,
-          const CameraIntrinsics& camera, const std::string& source)
+checkSize(const RecordedFrame& frame, const cv::Size& size, const CameraIntrinsics& camera,
+          const std::string& source)
 {
   if (size != cv::Size(camera.width, camera.height))
     throw UnsuitableImage(frame.color_file + ": image of " + toString(size) +
@@ -69,11 +68,9 @@ class ImageFileDataset : public RGBDDataset {
 public:
   ImageFileDataset(Recording recording, const CameraIntrinsics& recorded_camera,
                    const DatasetOptions& options)
-      : recording_(std::move(recording)), recorded_camera_(recorded_camera),
-        camera_(recorded_camera.undistorted()),
-        undistort_depth_(options.undistort_depth),
-        warps_color_(recording_.is_seven_scenes &&
-                     isSevenScenesDepthCamera(recorded_camera))
+  : recording_(std::move(recording)), recorded_camera_(recorded_camera),
+    camera_(recorded_camera.undistorted()), undistort_depth_(options.undistort_depth),
+    warps_color_(recording_.is_seven_scenes && isSevenScenesDepthCamera(recorded_camera))
   {
     select(recording_.frames, options);
     if (recorded_camera.hasDistortion())
@@ -147,8 +144,8 @@ ImageFileDataset::makeUndistortionMaps()
   const CameraIntrinsics& c = recorded_camera_;
   const cv::Matx33d matrix(c.fx, 0, c.cx, 0, c.fy, c.cy, 0, 0, 1);
   const cv::Matx<double, 1, 5> distortion(c.k1, c.k2, c.p1, c.p2, c.k3);
-  cv::initUndistortRectifyMap(matrix, distortion, cv::Matx33d::eye(), matrix,
-                              {c.width, c.height}, CV_16SC2, map_, map_fraction_);
+  cv::initUndistortRectifyMap(matrix, distortion, cv::Matx33d::eye(), matrix, {c.width, c.height},
+                              CV_16SC2, map_, map_fraction_);
 }
 
 RGBDFrame
@@ -182,8 +179,7 @@ ImageFileDataset::read(std::size_t index) const
 // The camera of the recorded images, its size taken from them where the source has
 // none.
 CameraIntrinsics
-recordedCamera(const Recording& recording, const std::string& folder,
-               const cv::Size& size)
+recordedCamera(const Recording& recording, const std::string& folder, const cv::Size& size)
 {
   CameraIntrinsics camera = *recording.intrinsics;
   if (camera.width == 0 && camera.height == 0) {
@@ -229,8 +225,7 @@ probeCamera(const Recording& recording, const std::string& folder)
 } // namespace
 
 RGBDDataset::Ptr
-makeImageFileDataset(Recording recording, const std::string& folder,
-                     const DatasetOptions& options)
+makeImageFileDataset(Recording recording, const std::string& folder, const DatasetOptions& options)
 {
   if (options.intrinsics) {
     recording.intrinsics = options.intrinsics;
@@ -239,8 +234,7 @@ makeImageFileDataset(Recording recording, const std::string& folder,
   recording.depth_scale =
       options.depth_scale.value_or(recording.depth_scale) / options.depth_factor;
   if (!recording.intrinsics)
-    throw pcl::IOException(folder + ": the camera's intrinsics are unknown (" +
-                           recording.format +
+    throw pcl::IOException(folder + ": the camera's intrinsics are unknown (" + recording.format +
                            " recording without a calibration); give them " +
                            "with --intrinsics fx,fy,cx,cy[,k1,k2,p1,p2,k3]");
   if (options.depth_noise)

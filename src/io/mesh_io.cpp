@@ -37,8 +37,7 @@ findLayout(const std::string& path, const pcl::PCLPointCloud2& cloud)
       continue;
     if (field.name == "x" || field.name == "y" || field.name == "z")
       layout.position[field.name[0] - 'x'] = offset;
-    else if (field.name == "normal_x" || field.name == "normal_y" ||
-             field.name == "normal_z")
+    else if (field.name == "normal_x" || field.name == "normal_y" || field.name == "normal_z")
       layout.normal[field.name.back() - 'x'] = offset;
   }
   if (layout.position[0] < 0 || layout.position[1] < 0 || layout.position[2] < 0)
@@ -51,16 +50,16 @@ checkMesh(const std::string& path, const pcl::PolygonMesh& mesh)
 {
   const std::size_t vertices = numVertices(mesh);
   if (mesh.cloud.data.size() < vertices * mesh.cloud.point_step)
-    refuse(path, "the cloud holds less data than its " + std::to_string(vertices) +
-                     " vertices need");
+    refuse(path,
+           "the cloud holds less data than its " + std::to_string(vertices) + " vertices need");
   for (const pcl::Vertices& polygon : mesh.polygons) {
     if (polygon.vertices.size() > 255)
       refuse(path, "a face has " + std::to_string(polygon.vertices.size()) +
                        " corners, at most 255 can be written");
     for (const auto vertex : polygon.vertices)
       if (static_cast<std::size_t>(vertex) >= vertices)
-        refuse(path, "a face names vertex " + std::to_string(vertex) + " of " +
-                         std::to_string(vertices));
+        refuse(path,
+               "a face names vertex " + std::to_string(vertex) + " of " + std::to_string(vertices));
   }
 }
 

@@ -44,8 +44,7 @@ naturalLess(const fs::path& a, const fs::path& b)
 std::vector<fs::path>
 listImages(const fs::path& folder)
 {
-  const std::set<std::string> extensions = {".png", ".jpg", ".jpeg",
-                                            ".bmp", ".tif", ".tiff"};
+  const std::set<std::string> extensions = {".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff"};
   std::vector<fs::path> files;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder))
     if (extensions.count(boost::to_lower_copy(entry.path().extension().string())) &&
@@ -77,8 +76,7 @@ pairByNumber(const std::map<std::size_t, fs::path>& color,
   for (const auto& [number, file] : color) {
     const auto partner = depth.find(number);
     if (partner != depth.end())
-      recording.frames.push_back(
-          {number, number / 30.0, file.string(), partner->second.string()});
+      recording.frames.push_back({number, number / 30.0, file.string(), partner->second.string()});
     else
       recording.skipped.push_back({file.string(), "has no depth image of its number"});
   }
@@ -110,13 +108,11 @@ collectFrames(const std::string& folder, Recording& recording)
       recording.frames.push_back({i, i / 30.0, color[i].string(), depth[i].string()});
   }
   else
-    throw pcl::IOException(
-        folder + ": " + std::to_string(color.size()) + " colour and " +
-        std::to_string(depth.size()) +
-        " depth images whose names do not say which belong together");
+    throw pcl::IOException(folder + ": " + std::to_string(color.size()) + " colour and " +
+                           std::to_string(depth.size()) +
+                           " depth images whose names do not say which belong together");
   if (recording.frames.empty())
-    throw pcl::IOException(folder +
-                           ": no colour image has a depth image of its number");
+    throw pcl::IOException(folder + ": no colour image has a depth image of its number");
 }
 
 void
@@ -127,8 +123,7 @@ parseIntrinsicsFile(const std::string& path, Recording& recording)
   // Column-major, as Open3D writes it; a row-major matrix would silently lose its
   // centre.
   if (matrix.size() != 9 || matrix[2] != 0 || matrix[5] != 0)
-    throw pcl::IOException(path +
-                           ": intrinsic_matrix must be 9 numbers, column by column: " +
+    throw pcl::IOException(path + ": intrinsic_matrix must be 9 numbers, column by column: " +
                            "fx 0 0 0 fy 0 cx cy 1");
   CameraIntrinsics intrinsics;
   intrinsics.width = json.value("width", 0);

@@ -105,16 +105,22 @@ private:
   Read
   readerOf(const std::string& type) const
   {
-    static const std::map<std::string, Read> readers{
-        {"char", &PlyReader::number<std::int8_t>},    {"int8", &PlyReader::number<std::int8_t>},
-        {"uchar", &PlyReader::number<std::uint8_t>},  {"uint8", &PlyReader::number<std::uint8_t>},
-        {"short", &PlyReader::number<std::int16_t>},  {"int16", &PlyReader::number<std::int16_t>},
-        {"ushort", &PlyReader::number<std::uint16_t>},
-        {"uint16", &PlyReader::number<std::uint16_t>},
-        {"int", &PlyReader::number<std::int32_t>},    {"int32", &PlyReader::number<std::int32_t>},
-        {"uint", &PlyReader::number<std::uint32_t>},  {"uint32", &PlyReader::number<std::uint32_t>},
-        {"float", &PlyReader::number<float>},         {"float32", &PlyReader::number<float>},
-        {"double", &PlyReader::number<double>},       {"float64", &PlyReader::number<double>}};
+    static const std::map<std::string, Read> readers{{"char", &PlyReader::number<std::int8_t>},
+                                                     {"int8", &PlyReader::number<std::int8_t>},
+                                                     {"uchar", &PlyReader::number<std::uint8_t>},
+                                                     {"uint8", &PlyReader::number<std::uint8_t>},
+                                                     {"short", &PlyReader::number<std::int16_t>},
+                                                     {"int16", &PlyReader::number<std::int16_t>},
+                                                     {"ushort", &PlyReader::number<std::uint16_t>},
+                                                     {"uint16", &PlyReader::number<std::uint16_t>},
+                                                     {"int", &PlyReader::number<std::int32_t>},
+                                                     {"int32", &PlyReader::number<std::int32_t>},
+                                                     {"uint", &PlyReader::number<std::uint32_t>},
+                                                     {"uint32", &PlyReader::number<std::uint32_t>},
+                                                     {"float", &PlyReader::number<float>},
+                                                     {"float32", &PlyReader::number<float>},
+                                                     {"double", &PlyReader::number<double>},
+                                                     {"float64", &PlyReader::number<double>}};
     const auto found = readers.find(type);
     if (found == readers.end())
       throw std::runtime_error("unknown type '" + type + "'");

@@ -12,8 +12,8 @@ struct Type {
   const char* name;
   std::size_t size;
 };
-constexpr Type types[] = {{"", 0},       {"char", 1}, {"uchar", 1}, {"short", 2}, {"ushort", 2},
-                          {"int", 4},    {"uint", 4}, {"float", 4}, {"double", 8}};
+constexpr Type types[] = {{"", 0},    {"char", 1}, {"uchar", 1}, {"short", 2}, {"ushort", 2},
+                          {"int", 4}, {"uint", 4}, {"float", 4}, {"double", 8}};
 
 /** What of a field goes into the file. */
 struct Property {
@@ -29,8 +29,8 @@ propertiesOf(const pcl::PCLPointCloud2& cloud)
   for (const pcl::PCLPointField& field : cloud.fields) {
     const bool is_color = field.name == "rgb" || field.name == "rgba";
     // toPolygonMesh() adds a curvature of 0, which says nothing.
-    if (field.count > 1 || field.name == "_" || field.name == "curvature" ||
-        field.datatype < 1 || field.datatype >= std::size(types) ||
+    if (field.count > 1 || field.name == "_" || field.name == "curvature" || field.datatype < 1 ||
+        field.datatype >= std::size(types) ||
         field.offset + types[field.datatype].size > cloud.point_step)
       continue;
     if (is_color) // 0xaarrggbb

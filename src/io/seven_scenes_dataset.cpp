@@ -45,11 +45,9 @@ collectFrames(const std::string& folder, Recording& recording)
     frame.id = number;
     frame.timestamp = number / 30.0;
     if (frame.depth_file.empty())
-      recording.skipped.push_back(
-          {frame.color_file, "has no depth image of its number"});
+      recording.skipped.push_back({frame.color_file, "has no depth image of its number"});
     else if (frame.color_file.empty())
-      recording.skipped.push_back(
-          {frame.depth_file, "has no colour image of its number"});
+      recording.skipped.push_back({frame.depth_file, "has no colour image of its number"});
     else
       recording.frames.push_back(frame);
   }
@@ -66,8 +64,8 @@ readMatrix(const std::string& path, std::size_t size)
     for (const double value : parseNumbers(line, path))
       values.push_back(value);
   if (values.size() != size)
-    throw pcl::IOException(path + ": " + std::to_string(values.size()) +
-                           " numbers; expected " + std::to_string(size));
+    throw pcl::IOException(path + ": " + std::to_string(values.size()) + " numbers; expected " +
+                           std::to_string(size));
   return values;
 }
 
@@ -101,8 +99,7 @@ readPoses(const std::string& folder, Recording& recording)
 {
   for (const RecordedFrame& frame : recording.frames) {
     const std::string color = fs::path(frame.color_file).filename().string();
-    const fs::path file =
-        fs::path(folder) / (color.substr(0, color.find('.')) + ".pose.txt");
+    const fs::path file = fs::path(folder) / (color.substr(0, color.find('.')) + ".pose.txt");
     if (!fs::exists(file))
       continue;
     try {

@@ -50,8 +50,7 @@ fillCoarsely(const cv::Mat& depth)
     }
 
   cv::Mat distance, label;
-  cv::distanceTransform(hole, distance, label, cv::DIST_L2, cv::DIST_MASK_5,
-                        cv::DIST_LABEL_PIXEL);
+  cv::distanceTransform(hole, distance, label, cv::DIST_L2, cv::DIST_MASK_5, cv::DIST_LABEL_PIXEL);
   std::vector<std::uint16_t> depth_of_label(size.area() + 1, DEFAULT_DEPTH);
   for (int y = 0; y < size.height; ++y)
     for (int x = 0; x < size.width; ++x)
@@ -87,8 +86,7 @@ fillHoles(const cv::Mat& depth)
 bool
 isSevenScenesDepthCamera(const CameraIntrinsics& camera)
 {
-  return camera.width == 640 && camera.height == 480 &&
-         std::abs(camera.fx - DEPTH_FOCAL) < 1 &&
+  return camera.width == 640 && camera.height == 480 && std::abs(camera.fx - DEPTH_FOCAL) < 1 &&
          std::abs(camera.fy - DEPTH_FOCAL) < 1 && std::abs(camera.cx - CENTER_X) < 1 &&
          std::abs(camera.cy - CENTER_Y) < 1 && !camera.hasDistortion();
 }

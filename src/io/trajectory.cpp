@@ -29,8 +29,8 @@ parsePose(const TextLine& line, const std::string& path)
   const std::vector<double> v = parseNumbers(line, path);
   const Eigen::Quaterniond rotation(v[7], v[4], v[5], v[6]);
   if (std::abs(rotation.norm() - 1) > 1e-2)
-    throw pcl::IOException(where + "the quaternion has length " +
-                           std::to_string(rotation.norm()) + "; expected 1");
+    throw pcl::IOException(where + "the quaternion has length " + std::to_string(rotation.norm()) +
+                           "; expected 1");
   TimedPose pose;
   pose.timestamp = v[0];
   pose.world_from_camera.linear() = rotation.normalized().toRotationMatrix();

@@ -41,10 +41,9 @@ readList(const std::string& folder, const std::string& name, Recording& recordin
     ++number;
   }
   if (images.empty())
-    throw pcl::IOException(path + (number == 0
-                                       ? ": lists no image"
-                                       : ": none of the " + std::to_string(number) +
-                                             " listed images exists"));
+    throw pcl::IOException(
+        path + (number == 0 ? ": lists no image"
+                            : ": none of the " + std::to_string(number) + " listed images exists"));
   return images;
 }
 
@@ -65,20 +64,18 @@ timeSpan(std::vector<double> times)
 }
 
 void
-associateImages(const std::vector<ListedImage>& color,
-                const std::vector<ListedImage>& depth, double max_difference,
-                const std::string& folder, Recording& recording)
+associateImages(const std::vector<ListedImage>& color, const std::vector<ListedImage>& depth,
+                double max_difference, const std::string& folder, Recording& recording)
 {
   const auto pairs = associate(stamps(color), stamps(depth), max_difference);
   if (pairs.empty())
     throw pcl::IOException(folder + ": no overlap in time: colour images span " +
-                           timeSpan(stamps(color)) + ", depth images " +
-                           timeSpan(stamps(depth)) + ", and none lie within " +
-                           std::to_string(max_difference) + " s of each other");
+                           timeSpan(stamps(color)) + ", depth images " + timeSpan(stamps(depth)) +
+                           ", and none lie within " + std::to_string(max_difference) +
+                           " s of each other");
   std::vector<char> color_used(color.size()), depth_used(depth.size());
   for (const auto& [i, j] : pairs) {
-    recording.frames.push_back(
-        {color[i].number, color[i].timestamp, color[i].file, depth[j].file});
+    recording.frames.push_back({color[i].number, color[i].timestamp, color[i].file, depth[j].file});
     color_used[i] = depth_used[j] = 1;
   }
   const std::string within = " image within " + std::to_string(max_difference) + " s";
@@ -95,8 +92,7 @@ std::optional<CameraIntrinsics>
 intrinsicsByName(const std::string& name)
 {
   for (const auto& [camera, numbers] :
-       {std::make_pair("freiburg1",
-                       "517.3,516.5,318.6,255.3,0.2624,-0.9531,-0.0054,0.0026,1.1633"),
+       {std::make_pair("freiburg1", "517.3,516.5,318.6,255.3,0.2624,-0.9531,-0.0054,0.0026,1.1633"),
         std::make_pair("freiburg2",
                        "520.9,521.0,325.1,249.7,0.2312,-0.7849,-0.0033,-0.0001,0.9172"),
         std::make_pair("freiburg3", "535.4,539.2,320.1,247.6")})
@@ -144,12 +140,11 @@ findCalibration(const std::string& folder, Recording& recording)
     return readIntrinsicsFile(file.string(), recording);
   // The name that the user typed may be a link or "."; what it stands for counts as
   // well.
-  for (const fs::path& path :
-       {fs::absolute(folder).lexically_normal(), fs::canonical(folder)})
+  for (const fs::path& path : {fs::absolute(folder).lexically_normal(), fs::canonical(folder)})
     if (!recording.intrinsics)
-      recording.intrinsics = intrinsicsByName(
-          path.filename_is_dot() ? path.parent_path().filename().string()
-                                 : path.filename().string());
+      recording.intrinsics =
+          intrinsicsByName(path.filename_is_dot() ? path.parent_path().filename().string()
+                                                  : path.filename().string());
   recording.intrinsics_source = "the folder's name";
 }
 
@@ -159,8 +154,7 @@ bool
 isTumFolder(const std::string& folder)
 {
   // One is enough: that the other is missing is then said by its name.
-  return fs::exists(fs::path(folder) / "rgb.txt") ||
-         fs::exists(fs::path(folder) / "depth.txt");
+  return fs::exists(fs::path(folder) / "rgb.txt") || fs::exists(fs::path(folder) / "depth.txt");
 }
 
 Recording

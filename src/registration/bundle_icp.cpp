@@ -5,5 +5,5 @@
 
 #include <pcl/impl/instantiate.hpp>
 
-PCL_INSTANTIATE(BundleICP, (pcl::PointXYZ)(pcl::PointXYZRGB)(pcl::PointNormal)(
-                               pcl::PointXYZRGBNormal))
+PCL_INSTANTIATE(BundleICP,
+                (pcl::PointXYZ)(pcl::PointXYZRGB)(pcl::PointNormal)(pcl::PointXYZRGBNormal))

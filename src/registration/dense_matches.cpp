@@ -46,8 +46,8 @@ struct Jacobian {
 /** Products of each lane block, added up in float lanes and folded into doubles per
  * chunk. */
 BUNDLE_ICP_INLINE void
-sumChunk(const Matches& m, std::size_t begin, std::size_t end, float cutoff,
-         float inlier, Sums& sums)
+sumChunk(const Matches& m, std::size_t begin, std::size_t end, float cutoff, float inlier,
+         Sums& sums)
 {
   alignas(64) float acc[SUMS][LANES] = {};
   const float inverse_cutoff = 1 / cutoff;
@@ -78,8 +78,7 @@ sumChunk(const Matches& m, std::size_t begin, std::size_t end, float cutoff,
       for (int b = a; b < 6; ++b, ++k)
         for (std::size_t l = 0; l < LANES; ++l) {
           acc[k][l] += w[l] * J.row[a][l] * J.row[b][l];
-          acc[k + 27][l] +=
-              w[l] * (J.row[a][l] * S.row[b][l] + S.row[a][l] * J.row[b][l]);
+          acc[k + 27][l] += w[l] * (J.row[a][l] * S.row[b][l] + S.row[a][l] * J.row[b][l]);
         }
     for (int a = 0; a < 6; ++a, ++k)
       for (std::size_t l = 0; l < LANES; ++l)
@@ -102,11 +101,9 @@ struct Projection {
 
   Projection(const TargetGrid& target, const Pose& pose, const Eigen::Vector3d& about,
              const MatchTolerance& tolerance)
-      : max_squared(std::min(3e38f, tolerance.max_distance * tolerance.max_distance)),
-        min_cosine(0.6f),
-        misalignment_squared(tolerance.misalignment * tolerance.misalignment),
-        depth_sigma(target.camera.depth_noise), width(target.camera.width),
-        height(target.camera.height)
+  : max_squared(std::min(3e38f, tolerance.max_distance * tolerance.max_distance)), min_cosine(0.6f),
+    misalignment_squared(tolerance.misalignment * tolerance.misalignment),
+    depth_sigma(target.camera.depth_noise), width(target.camera.width), height(target.camera.height)
   {
     const CameraIntrinsics& camera = target.camera;
     Eigen::Matrix3d k;
@@ -132,13 +129,12 @@ transformed(const float row[4], float x, float y, float z)
 
 /** Moves the points and finds the target pixel that each projects to, -1 outside. */
 BUNDLE_ICP_INLINE void
-project(const Projection& projection, const SourcePoints& s, std::size_t begin,
-        std::size_t end, Matches& m)
+project(const Projection& projection, const SourcePoints& s, std::size_t begin, std::size_t end,
+        Matches& m)
 {
   const Projection p = projection; // a copy, which no store below can change
   const float *sx = s.x.data(), *sy = s.y.data(), *sz = s.z.data();
-  const float right = static_cast<float>(p.width),
-              bottom = static_cast<float>(p.height);
+  const float right = static_cast<float>(p.width), bottom = static_cast<float>(p.height);
 #pragma omp simd
   for (std::size_t i = begin; i < end; ++i) {
     const float x = sx[i], y = sy[i], z = sz[i];
@@ -169,22 +165,22 @@ rejectMatch(Matches& m, std::size_t i)
 /** Reads the matched target points; keeps pairs that are close and face the same way.
  */
 void
-gather(const Projection& p, const PointsView& target, const SourcePoints& s,
-       std::size_t begin, std::size_t end, Matches& m)
+gather(const Projection& p, const PointsView& target, const SourcePoints& s, std::size_t begin,
+       std::size_t end, Matches& m)
 {
   const bool has_normals = !s.nx.empty();
   constexpr std::size_t ahead = 16; // points, about as long as memory takes
   for (std::size_t i = begin; i < end; ++i) {
     if (i + ahead < end && m.target[i + ahead] >= 0)
-      __builtin_prefetch(target.xyz + static_cast<std::size_t>(m.target[i + ahead]) * target.stride);
+      __builtin_prefetch(target.xyz +
+                         static_cast<std::size_t>(m.target[i + ahead]) * target.stride);
     if (m.target[i] < 0) {
       rejectMatch(m, i);
       continue;
     }
     const std::size_t offset = static_cast<std::size_t>(m.target[i]) * target.stride;
     const float *q = target.xyz + offset, *n = target.normals + offset;
-    const float dx = m.px[i] - (q[0] - p.center[0]),
-                dy = m.py[i] - (q[1] - p.center[1]),
+    const float dx = m.px[i] - (q[0] - p.center[0]), dy = m.py[i] - (q[1] - p.center[1]),
                 dz = m.pz[i] - (q[2] - p.center[2]);
     const float squared = dx * dx + dy * dy + dz * dz;
     const float residual = dx * n[0] + dy * n[1] + dz * n[2];
@@ -193,8 +189,7 @@ gather(const Projection& p, const PointsView& target, const SourcePoints& s,
     float turned[3] = {n[0], n[1], n[2]};
     if (keep && has_normals) {
       for (int k = 0; k < 3; ++k)
-        turned[k] =
-            p.world[k][0] * s.nx[i] + p.world[k][1] * s.ny[i] + p.world[k][2] * s.nz[i];
+        turned[k] = p.world[k][0] * s.nx[i] + p.world[k][1] * s.ny[i] + p.world[k][2] * s.nz[i];
       keep = n[0] * turned[0] + n[1] * turned[1] + n[2] * turned[2] >= p.min_cosine;
     }
     if (!keep) {
@@ -215,12 +210,9 @@ gather(const Projection& p, const PointsView& target, const SourcePoints& s,
 bool
 isUsable(const PointsView& source, std::size_t index)
 {
-  const auto sum = [](const float* v) {
-    return std::abs(v[0]) + std::abs(v[1]) + std::abs(v[2]);
-  };
+  const auto sum = [](const float* v) { return std::abs(v[0]) + std::abs(v[1]) + std::abs(v[2]); };
   const std::size_t offset = index * source.stride;
-  return sum(source.xyz + offset) < 1e9f &&
-         (!source.normals || sum(source.normals + offset) < 4);
+  return sum(source.xyz + offset) < 1e9f && (!source.normals || sum(source.normals + offset) < 4);
 }
 
 /** Of indices begin to end those of usable points: every `stride`-th pixel both ways, or of
@@ -264,9 +256,9 @@ histogramMedian(const std::vector<std::size_t>& bins, double bin_width)
     total += count;
   for (std::size_t b = 0; b < bins.size(); ++b) {
     if (2 * (below + bins[b]) >= total && bins[b] > 0)
-      return bin_width * (static_cast<double>(b) + (0.5 * static_cast<double>(total) -
-                                                    static_cast<double>(below)) /
-                                                       static_cast<double>(bins[b]));
+      return bin_width * (static_cast<double>(b) +
+                          (0.5 * static_cast<double>(total) - static_cast<double>(below)) /
+                              static_cast<double>(bins[b]));
     below += bins[b];
   }
   return 0;
@@ -294,8 +286,8 @@ selectSource(const AlignmentProblem& problem, int stride)
   std::vector<std::vector<int>> chosen((indices.size() + SELECTED - 1) / SELECTED);
 #pragma omp parallel for num_threads(threads) schedule(static)
   for (std::size_t c = 0; c < chosen.size(); ++c)
-    chosen[c] = everyOf(indices, c * SELECTED,
-                        std::min(indices.size(), (c + 1) * SELECTED), source, stride);
+    chosen[c] = everyOf(indices, c * SELECTED, std::min(indices.size(), (c + 1) * SELECTED), source,
+                        stride);
   SourcePoints points;
   for (const std::vector<int>& part : chosen)
     points.index.insert(points.index.end(), part.begin(), part.end());
@@ -323,9 +315,8 @@ selectSource(const AlignmentProblem& problem, int stride)
 
 void
 matchByProjection(const AlignmentProblem& problem, const TargetGrid& target,
-                  const SourcePoints& source, const Pose& pose,
-                  const Eigen::Vector3d& center, const MatchTolerance& tolerance,
-                  Matches& matches)
+                  const SourcePoints& source, const Pose& pose, const Eigen::Vector3d& center,
+                  const MatchTolerance& tolerance, Matches& matches)
 {
   // All entries are written: clearing those of the last iteration would be for the padding alone.
   if (matches.size() < source.size() || matches.size() >= source.size() + LANES)
@@ -334,8 +325,7 @@ matchByProjection(const AlignmentProblem& problem, const TargetGrid& target,
     rejectMatch(matches, i);
   const Projection projection(target, pose, center, tolerance);
   const std::size_t chunks = (source.size() + CHUNK - 1) / CHUNK;
-#pragma omp parallel for num_threads(resolveThreads(problem.num_threads))              \
-    schedule(static)
+#pragma omp parallel for num_threads(resolveThreads(problem.num_threads)) schedule(static)
   for (std::size_t c = 0; c < chunks; ++c) {
     const std::size_t begin = c * CHUNK, end = std::min(source.size(), begin + CHUNK);
     simd::call<project>(projection, source, begin, end, matches);
@@ -371,7 +361,8 @@ meetingByProjection(const TargetGrid& target, const SourcePoints& source, const 
   Meeting meeting;
   for (std::size_t i = 0; i < source.size(); ++i) {
     if (matches.target[i] >= 0 &&
-        std::abs(static_cast<double>(matches.residual[i] * matches.inverse_sigma[i])) <= 3 * scale) {
+        std::abs(static_cast<double>(matches.residual[i] * matches.inverse_sigma[i])) <=
+            3 * scale) {
       meeting.near += 1;
       continue;
     }
@@ -380,7 +371,8 @@ meetingByProjection(const TargetGrid& target, const SourcePoints& source, const 
     if (!(p.z() > 0))
       continue;
     const Eigen::Vector2d pixel = camera.project(p).array().round();
-    if (!(pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() < camera.width && pixel.y() < camera.height))
+    if (!(pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() < camera.width &&
+          pixel.y() < camera.height))
       continue;
     const auto index = static_cast<std::size_t>(pixel.y() * camera.width + pixel.x());
     const Eigen::Vector3f seen =
@@ -397,8 +389,7 @@ rmsError(const Matches& matches)
   double sum = 0, count = 0;
   for (std::size_t i = 0; i < matches.size(); ++i)
     if (matches.inverse_sigma[i] > 0) {
-      const double e =
-          static_cast<double>(matches.residual[i] * matches.inverse_sigma[i]);
+      const double e = static_cast<double>(matches.residual[i] * matches.inverse_sigma[i]);
       sum += e * e;
       count += 1;
     }

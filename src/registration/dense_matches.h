@@ -14,7 +14,7 @@ struct SourcePoints {
   std::vector<float> nx, ny, nz; ///< empty without normals
   std::vector<int> index;        ///< in the source cloud
   int stride = 1;                ///< every so many pixels of it, both ways
-  double patch = 1; ///< how many of these points share the noise of one measurement
+  double patch = 1;              ///< how many of these points share the noise of one measurement
 
   std::size_t
   size() const
@@ -73,9 +73,8 @@ struct MatchTolerance {
 /** Associates by projection into the target's grid and fills matches. */
 void
 matchByProjection(const AlignmentProblem& problem, const TargetGrid& target,
-                  const SourcePoints& source, const Pose& pose,
-                  const Eigen::Vector3d& center, const MatchTolerance& tolerance,
-                  Matches& matches);
+                  const SourcePoints& source, const Pose& pose, const Eigen::Vector3d& center,
+                  const MatchTolerance& tolerance, Matches& matches);
 
 /** How well the clouds meet at a pose. */
 struct Meeting {
@@ -83,9 +82,9 @@ struct Meeting {
   double against = 0; ///< weight of those that say that the pose is wrong
 };
 
-/** By projection: near is within three (scaled) sigma of the surface that is seen there. What lies elsewhere
- * where the target's camera measured is against it: it may be hidden behind what is seen, but in front
- * of it, where the camera saw through, counts twice. */
+/** By projection: near is within three (scaled) sigma of the surface that is seen there. What lies
+ * elsewhere where the target's camera measured is against it: it may be hidden behind what is seen,
+ * but in front of it, where the camera saw through, counts twice. */
 Meeting
 meetingByProjection(const TargetGrid& target, const SourcePoints& source, const Pose& pose,
                     const Matches& matches, double scale);

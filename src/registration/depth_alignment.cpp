@@ -5,8 +5,8 @@
 namespace bundle_icp {
 namespace {
 
-/** An adjustment weighs hundreds of pairs against each other and against matches: what one pair's residuals
- * show by chance would decide between them. */
+/** An adjustment weighs hundreds of pairs against each other and against matches: what one pair's
+ * residuals show by chance would decide between them. */
 constexpr double PAIR_MODEL_SHARE = 0.7;
 
 } // namespace
@@ -36,8 +36,7 @@ DepthAlignment::render(const Pose& world_from_virtual)
 
 void
 DepthAlignment::setVirtualDepth(const std::vector<View>& views,
-                                const std::vector<Pose>& world_from_views,
-                                const Pose& start)
+                                const std::vector<Pose>& world_from_views, const Pose& start)
 {
   views_ = views;
   for (std::size_t i = 0; i < views.size(); ++i)

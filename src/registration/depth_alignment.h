@@ -10,7 +10,8 @@
 
 namespace bundle_icp {
 
-/** What alignPoints() needs to align an image's depth with that of others, and keeps as long as it runs. */
+/** What alignPoints() needs to align an image's depth with that of others, and keeps as long as it
+ *  runs. */
 class DepthAlignment {
 public:
   using View = std::shared_ptr<const DepthView>;
@@ -29,8 +30,7 @@ public:
   /** The target is the virtual depth of registered images, equation (6): rendered at the start, and
    *  anew when the pose has moved from there. */
   void
-  setVirtualDepth(const std::vector<View>& views,
-                  const std::vector<Pose>& world_from_views,
+  setVirtualDepth(const std::vector<View>& views, const std::vector<Pose>& world_from_views,
                   const Pose& start);
 
   /** The target is one image, near a start that is adjusted. */

@@ -25,8 +25,7 @@ constexpr double NORMAL_SIGMA = 0.07;
 cv::Mat
 paddedImage(const cv::Size& size)
 {
-  return cv::Mat::zeros(size.height + 2 * MAX_RADIUS, size.width + 2 * MAX_RADIUS,
-                        CV_32F);
+  return cv::Mat::zeros(size.height + 2 * MAX_RADIUS, size.width + 2 * MAX_RADIUS, CV_32F);
 }
 
 float*
@@ -46,10 +45,9 @@ struct Planes {
   cv::Mat slope_confidence; // sum of squared distances that slope_x rests on
 
   explicit Planes(const cv::Size& size)
-      : inverse_depth(paddedImage(size)), link_right(paddedImage(size)),
-        link_down(paddedImage(size)), radius(paddedImage(size)),
-        slope_x(paddedImage(size)), value(paddedImage(size)),
-        slope_confidence(paddedImage(size))
+  : inverse_depth(paddedImage(size)), link_right(paddedImage(size)), link_down(paddedImage(size)),
+    radius(paddedImage(size)), slope_x(paddedImage(size)), value(paddedImage(size)),
+    slope_confidence(paddedImage(size))
   {
   }
 };
@@ -109,9 +107,9 @@ fitLine(float before, float after, float sum, float moment)
 {
   const float n = 1 + before + after;
   const float su = 0.5f * (after * (after + 1) - before * (before + 1));
-  const float suu = (after * (after + 1) * (2 * after + 1) +
-                     before * (before + 1) * (2 * before + 1)) *
-                    (1 / 6.0f);
+  const float suu =
+      (after * (after + 1) * (2 * after + 1) + before * (before + 1) * (2 * before + 1)) *
+      (1 / 6.0f);
   const float det = n * suu - su * su;
   const float scale = det > 0 ? 1 / det : 0;
   return {(n * moment - su * sum) * scale, (suu * sum - su * moment) * scale, det / n};
@@ -120,8 +118,8 @@ fitLine(float before, float after, float sum, float moment)
 /** Lines along a row, in blocks so that the sums stay in registers or the first cache.
  */
 BUNDLE_ICP_INLINE void
-fitAlongRow(const float* w, const float* link, const float* radius, int width,
-            float* slope, float* value, float* confidence)
+fitAlongRow(const float* w, const float* link, const float* radius, int width, float* slope,
+            float* value, float* confidence)
 {
   for (int start = 0; start < width; start += 64) {
     const int n = std::min(64, width - start);
@@ -148,8 +146,7 @@ fitAlongRow(const float* w, const float* link, const float* radius, int width,
     }
 #pragma omp simd
     for (int i = 0; i < n; ++i) {
-      const Line line =
-          fitLine(left.reach[i], right.reach[i], right.sum[i], right.moment[i]);
+      const Line line = fitLine(left.reach[i], right.reach[i], right.sum[i], right.moment[i]);
       slope[start + i] = line.slope;
       value[start + i] = c[i] + line.offset;
       confidence[start + i] = line.confidence;
@@ -212,15 +209,14 @@ fitDownColumns(Planes& planes, int row, int start, int n, PlaneBlock& block)
 
 /** Normals, and the cosine of the angle between normal and ray, of one row. */
 BUNDLE_ICP_INLINE void
-normalsOfBlock(const PlaneBlock& block, const CameraIntrinsics& camera, int row,
-               int start, int n, float* normals, float* cosine)
+normalsOfBlock(const PlaneBlock& block, const CameraIntrinsics& camera, int row, int start, int n,
+               float* normals, float* cosine)
 {
   const float fx = static_cast<float>(camera.fx), fy = static_cast<float>(camera.fy);
   const float y = static_cast<float>((row - camera.cy) / camera.fy);
 #pragma omp simd
   for (int i = 0; i < n; ++i) {
-    const float x =
-        (static_cast<float>(start + i) - static_cast<float>(camera.cx)) / fx;
+    const float x = (static_cast<float>(start + i) - static_cast<float>(camera.cx)) / fx;
     const float a = block.slope_x[i] * fx, b = block.slope_y[i] * fy;
     const float c = block.value[i] - a * x - b * y;
     const float norm = std::sqrt(a * a + b * b + c * c);
@@ -248,8 +244,7 @@ edgeDistance(Planes& planes, const cv::Size& size)
     std::uint8_t* fly = flying.ptr(v);
     const bool top = v == 0, bottom = v == size.height - 1;
     for (int u = 0; u < size.width; ++u) {
-      const bool l = u == 0 || right[u - 1] > 0,
-                 r = u == size.width - 1 || right[u] > 0;
+      const bool l = u == 0 || right[u - 1] > 0, r = u == size.width - 1 || right[u] > 0;
       const bool t = top || up[u] > 0, b = bottom || down[u] > 0;
       in[u] = l && r && t && b ? 1 : 0;
       fly[u] = (!l && !r) || (!t && !b) ? 1 : 0;
@@ -268,8 +263,7 @@ BUNDLE_ICP_INLINE void
 weightsOfRow(const float* z, const float* cosine, const float* distance, int width,
              const VirtualDepthOptions& options, DepthSigma depth_sigma, float* weight)
 {
-  const float steepest =
-      static_cast<float>(std::cos(options.max_view_angle * M_PI / 180));
+  const float steepest = static_cast<float>(std::cos(options.max_view_angle * M_PI / 180));
   const float ramp =
       options.edge_distance > 0 ? static_cast<float>(1 / options.edge_distance) : 1e9f;
 #pragma omp simd

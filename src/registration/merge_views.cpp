@@ -23,7 +23,7 @@ struct RowSamples {
   std::vector<float> inverse, depth, weight, nx, ny, nz;
 
   explicit RowSamples(std::size_t width)
-      : inverse(width), depth(width), weight(width), nx(width), ny(width), nz(width)
+  : inverse(width), depth(width), weight(width), nx(width), ny(width), nz(width)
   {
   }
 };
@@ -33,8 +33,7 @@ struct RowSums {
   std::vector<float> front, weight, depth, nx, ny, nz, behind;
 
   explicit RowSums(std::size_t width)
-      : front(width), weight(width), depth(width), nx(width), ny(width), nz(width),
-        behind(width)
+  : front(width), weight(width), depth(width), nx(width), ny(width), nz(width), behind(width)
   {
   }
 };
@@ -44,8 +43,7 @@ struct RowSums {
 void
 fetchRow(const Contribution& from, int row, int width, RowSamples& out)
 {
-  const WarpedPixel* pixels =
-      from.warped.data() + static_cast<std::ptrdiff_t>(row) * width;
+  const WarpedPixel* pixels = from.warped.data() + static_cast<std::ptrdiff_t>(row) * width;
   const cv::Vec3f* normals = from.view->normals.ptr<cv::Vec3f>();
   const float* weights = from.view->weight.ptr<float>();
   // All views together are more streams than the processor looks ahead of, hence the hints
@@ -66,16 +64,14 @@ fetchRow(const Contribution& from, int row, int width, RowSamples& out)
 
 /** viewTerm() for a whole row; `out` has what fetchRow() put there. */
 BUNDLE_ICP_INLINE void
-sampleRow(const Contribution& from, const CameraIntrinsics& camera, int row,
-          RowSamples& out)
+sampleRow(const Contribution& from, const CameraIntrinsics& camera, int row, RowSamples& out)
 {
   const Eigen::Matrix3f& R = from.rotation;
   const float r00 = R(0, 0), r01 = R(0, 1), r02 = R(0, 2), r10 = R(1, 0), r11 = R(1, 1),
               r12 = R(1, 2), r20 = R(2, 0), r21 = R(2, 1), r22 = R(2, 2);
   const float ox = from.center.x(), oy = from.center.y(), oz = from.center.z();
   const float y = static_cast<float>((row - camera.cy) / camera.fy);
-  const float cx = static_cast<float>(camera.cx),
-              scale = static_cast<float>(1 / camera.fx);
+  const float cx = static_cast<float>(camera.cx), scale = static_cast<float>(1 / camera.fx);
 #pragma omp simd
   for (int u = 0; u < camera.width; ++u) {
     // Loaded whether needed or not: a loop without branches is one for vector
@@ -140,7 +136,8 @@ mergeColumn(const std::vector<RowSamples>& samples, const RowSums& sums, std::si
             DepthSigma reach)
 {
   if (sums.weight[u] >= MIN_WEIGHT_SHARE * sums.behind[u])
-    return {sums.front[u] + sums.depth[u] * (1 / sums.weight[u]), sums.weight[u],
+    return {sums.front[u] + sums.depth[u] * (1 / sums.weight[u]),
+            sums.weight[u],
             {sums.nx[u], sums.ny[u], sums.nz[u]}};
   std::vector<ViewTerm> terms;
   for (const RowSamples& s : samples)
@@ -149,8 +146,8 @@ mergeColumn(const std::vector<RowSamples>& samples, const RowSums& sums, std::si
 }
 
 void
-writeRow(const std::vector<RowSamples>& samples, const RowSums& sums, int row,
-         DepthSigma reach, VirtualDepth& out)
+writeRow(const std::vector<RowSamples>& samples, const RowSums& sums, int row, DepthSigma reach,
+         VirtualDepth& out)
 {
   float* depth = out.depth.ptr<float>(row);
   float* variance = out.variance.ptr<float>(row);
@@ -213,8 +210,8 @@ virtualDepthAt(std::vector<ViewTerm> terms, DepthSigma reach)
 }
 
 void
-mergeViews(const std::vector<Contribution>& contributions,
-           const VirtualDepthOptions& options, VirtualDepth& out)
+mergeViews(const std::vector<Contribution>& contributions, const VirtualDepthOptions& options,
+           VirtualDepth& out)
 {
   const int width = out.camera.width;
   const DepthSigma reach(out.camera.depth_noise, options.merge_sigmas * std::sqrt(2.0));

@@ -31,17 +31,17 @@ struct ViewTerm {
 ViewTerm
 viewTerm(const Contribution& from, const CameraIntrinsics& camera, int u, int v);
 
-/** Equation (6) in one pixel: I_vir^d(X_w) = sum over the I_i in I_reg of w(X_w) D(X_w^i), over
- *  the sum of w(X_w), for those that show the nearest surface. Returned with sums of w and of normals,
+/** Equation (6) in one pixel: I_vir^d(X_w) = sum over the I_i in I_reg of w(X_w) D(X_w^i), over the
+ *  sum of w(X_w), for those that show the nearest surface. Returned with sums of w and of normals,
  *  and w = 0 where no view shows any.
  *  \param reach how far behind the nearest depth samples are of the same surface [m] */
 ViewTerm
 virtualDepthAt(std::vector<ViewTerm> terms, DepthSigma reach);
 
-/** Equation (6) for whole rows at once: the weighted average, in each virtual pixel, of those that show the
- * nearest surface. Fills the images of `out`. */
+/** Equation (6) for whole rows at once: the weighted average, in each virtual pixel, of those that
+ * show the nearest surface. Fills the images of `out`. */
 void
-mergeViews(const std::vector<Contribution>& contributions,
-           const VirtualDepthOptions& options, VirtualDepth& out);
+mergeViews(const std::vector<Contribution>& contributions, const VirtualDepthOptions& options,
+           VirtualDepth& out);
 
 } // namespace bundle_icp

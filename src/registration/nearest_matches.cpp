@@ -22,8 +22,8 @@ constexpr float MIN_COSINE = 0.6f;
 Eigen::Vector3f
 pointAt(const PointsView& view, int index)
 {
-  return Eigen::Map<const Eigen::Vector3f>(view.xyz + static_cast<std::size_t>(index) *
-                                                          view.stride);
+  return Eigen::Map<const Eigen::Vector3f>(view.xyz +
+                                           static_cast<std::size_t>(index) * view.stride);
 }
 
 } // namespace
@@ -39,25 +39,21 @@ NearestMatcher::NearestMatcher(const AlignmentProblem& problem) : problem_(probl
 
 void
 NearestMatcher::findNearest(const SourcePoints& source, const Pose& pose,
-                            const Eigen::Vector3d& center, float max_distance,
-                            Matches& m) const
+                            const Eigen::Vector3d& center, float max_distance, Matches& m) const
 {
   const Eigen::Matrix3d rotation = pose.linear();
-  const float limit =
-      std::min(std::numeric_limits<float>::max(), max_distance * max_distance);
+  const float limit = std::min(std::numeric_limits<float>::max(), max_distance * max_distance);
 #pragma omp parallel num_threads(resolveThreads(problem_.num_threads))
   {
     std::vector<int> nearest;
 #pragma omp for schedule(static)
     for (std::size_t i = 0; i < source.size(); ++i) {
       const Eigen::Vector3d p =
-          rotation * Eigen::Vector3d(source.x[i], source.y[i], source.z[i]) +
-          pose.translation();
+          rotation * Eigen::Vector3d(source.x[i], source.y[i], source.z[i]) + pose.translation();
       const Eigen::Vector3f query = p.cast<float>();
       problem_.nearest(query.data(), 1, nearest);
       const bool found =
-          !nearest.empty() &&
-          (pointAt(problem_.target, nearest[0]) - query).squaredNorm() <= limit;
+          !nearest.empty() && (pointAt(problem_.target, nearest[0]) - query).squaredNorm() <= limit;
       const Eigen::Vector3d relative = p - center;
       m.px[i] = static_cast<float>(relative.x());
       m.py[i] = static_cast<float>(relative.y());
@@ -103,8 +99,7 @@ NearestMatcher::prepareNormals(const std::vector<int>& targets)
       known_[static_cast<std::size_t>(t)] = 1;
       wanted.push_back(t);
     }
-#pragma omp parallel for num_threads(resolveThreads(problem_.num_threads))             \
-    schedule(static)
+#pragma omp parallel for num_threads(resolveThreads(problem_.num_threads)) schedule(static)
   for (std::size_t i = 0; i < wanted.size(); ++i)
     normals_[static_cast<std::size_t>(wanted[i])] = fitNormal(wanted[i]);
   std::size_t matched = 0, planar = 0;
@@ -127,10 +122,9 @@ NearestMatcher::fillPlanes(const SourcePoints& source, const Pose& pose,
     if (m.target[i] < 0)
       continue;
     const std::size_t t = static_cast<std::size_t>(m.target[i]);
-    const Eigen::Vector3f n =
-        own ? Eigen::Vector3f(Eigen::Map<const Eigen::Vector3f>(
-                  problem_.target.normals + t * problem_.target.stride))
-            : normals_[t];
+    const Eigen::Vector3f n = own ? Eigen::Vector3f(Eigen::Map<const Eigen::Vector3f>(
+                                        problem_.target.normals + t * problem_.target.stride))
+                                  : normals_[t];
     bool keep = n.allFinite();
     Eigen::Vector3f turned = n;
     if (keep && own && !source.nx.empty()) {
@@ -154,8 +148,7 @@ NearestMatcher::fillPlanes(const SourcePoints& source, const Pose& pose,
 }
 
 void
-NearestMatcher::fillPoints(std::size_t size, const Eigen::Vector3d& center,
-                           Matches& m) const
+NearestMatcher::fillPoints(std::size_t size, const Eigen::Vector3d& center, Matches& m) const
 {
   Matches axes;
   axes.resize(3 * size);
@@ -181,9 +174,8 @@ NearestMatcher::fillPoints(std::size_t size, const Eigen::Vector3d& center,
 }
 
 void
-NearestMatcher::match(const SourcePoints& source, const Pose& pose,
-                      const Eigen::Vector3d& center, float max_distance,
-                      Matches& matches)
+NearestMatcher::match(const SourcePoints& source, const Pose& pose, const Eigen::Vector3d& center,
+                      float max_distance, Matches& matches)
 {
   matches.resize(source.size());
   findNearest(source, pose, center, max_distance, matches);
@@ -197,7 +189,7 @@ NearestMatcher::match(const SourcePoints& source, const Pose& pose,
 
 Meeting
 NearestMatcher::meeting(const SourcePoints& source, const Matches& m,
-                         const Eigen::Vector3d& center) const
+                        const Eigen::Vector3d& center) const
 {
   const Eigen::Vector3f about = center.cast<float>();
   std::size_t near = 0, against = 0;

@@ -18,24 +18,23 @@ public:
   match(const SourcePoints& source, const Pose& pose, const Eigen::Vector3d& center,
         float max_distance, Matches& matches);
 
-  /** Near is within twice the distance of the target point from its fourth neighbour, which needs no
-   *  unit of length. What lies within three times that weighs thrice against the pose: where
+  /** Near is within twice the distance of the target point from its fourth neighbour, which needs
+   *  no unit of length. What lies within three times that weighs thrice against the pose: where
    *  surfaces only cross there are two such for each that is near. */
   Meeting
   meeting(const SourcePoints& source, const Matches& matches, const Eigen::Vector3d& center) const;
 
 private:
   void
-  findNearest(const SourcePoints& source, const Pose& pose,
-              const Eigen::Vector3d& center, float max_distance,
-              Matches& matches) const;
+  findNearest(const SourcePoints& source, const Pose& pose, const Eigen::Vector3d& center,
+              float max_distance, Matches& matches) const;
   void
   prepareNormals(const std::vector<int>& targets);
   Eigen::Vector3f
   fitNormal(int target) const;
   void
-  fillPlanes(const SourcePoints& source, const Pose& pose,
-             const Eigen::Vector3d& center, Matches& matches) const;
+  fillPlanes(const SourcePoints& source, const Pose& pose, const Eigen::Vector3d& center,
+             Matches& matches) const;
   void
   fillPoints(std::size_t size, const Eigen::Vector3d& center, Matches& matches) const;
 

@@ -71,16 +71,14 @@ solve(const DenseSystem& dense, double variance_factor, const VisualSystem& visu
   const Matrix6d H = S * (dense.H / variance_factor) * S;
   const double weight = dense.weight / variance_factor;
   const Matrix6d structure = S * (dense.structure / variance_factor) * S;
-  const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(
-      observability.misaligned ? H : structure);
+  const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(observability.misaligned ? H : structure);
   Step step;
   Matrix6d held = Matrix6d::Zero();
   for (int k = 0; k < 6; ++k) {
     const Vector6d direction = eigen.eigenvectors().col(k);
     const double information = eigen.eigenvalues()[k];
     const double limit = observability.max_deviation;
-    if (information > observability.min_share * weight &&
-        information * limit * limit > 1)
+    if (information > observability.min_share * weight && information * limit * limit > 1)
       held += direction * direction.transpose();
     else
       step.degenerate.push_back((S * direction).normalized());
@@ -100,8 +98,7 @@ robustInformation(const Matrix6d& information, double variance_factor,
 {
   const auto count = static_cast<double>(gradients.size());
   const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(information);
-  const Eigen::Index held =
-      (eigen.eigenvalues().array() > 1e-9 * eigen.eigenvalues()[5]).count();
+  const Eigen::Index held = (eigen.eigenvalues().array() > 1e-9 * eigen.eigenvalues()[5]).count();
   if (count < MIN_TILES || held == 0)
     return information;
   const Eigen::MatrixXd basis = eigen.eigenvectors().rightCols(held);

@@ -37,9 +37,9 @@ struct Observability {
 /** A Gauss-Newton step about the centre, without the directions that nothing holds. */
 struct Step {
   Vector6d delta = Vector6d::Zero();
-  Vector6d dense_delta = Vector6d::Zero();   ///< that of dense terms alone
+  Vector6d dense_delta = Vector6d::Zero(); ///< that of dense terms alone
   Matrix6d information = Matrix6d::Zero(); ///< of dense terms where they hold
-  std::vector<Vector6d> degenerate; ///< directions that the surfaces do not hold
+  std::vector<Vector6d> degenerate;        ///< directions that the surfaces do not hold
 };
 
 /** \param variance_factor by which dense terms overstate their information: correlation

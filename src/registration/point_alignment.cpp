@@ -40,9 +40,9 @@ constexpr double COARSE_BUDGET = 0.15, ALL_COARSE_BUDGET = 0.75;
 constexpr double MIN_SCALE = 0.25;
 /** Nor does more of it than this make points lie on the target that are far from it. */
 constexpr double LARGEST_SCALE = 2;
-/** Clouds meet when at least this share of the source lies on the target, and clearly more speaks for the
- * pose than against it. On pairs of three recordings, right poses have an agreement of 0.75 and more but for steps of
- * half a metre (0.55), wrong ones that ICP was led to 0.5 and less. */
+/** Clouds meet when at least this share of the source lies on the target, and clearly more speaks
+ * for the pose than against it. On pairs of three recordings, right poses have an agreement of 0.75
+ * and more but for steps of half a metre (0.55), wrong ones that ICP was led to 0.5 and less. */
 constexpr double MIN_OVERLAP = 0.1, MIN_AGREEMENT = 0.6;
 /** The virtual depth is rendered anew when the pose has moved further than this. */
 constexpr double RENDER_DISTANCE = 0.02, RENDER_ANGLE = 2 * M_PI / 180;
@@ -64,7 +64,7 @@ about(const Eigen::Vector3d& center, const Vector6d& delta)
 class Aligner {
 public:
   Aligner(const AlignmentProblem& problem, const Pose& start)
-      : problem_(problem), nearest_(problem), pose_(start), initial_pose_(start)
+  : problem_(problem), nearest_(problem), pose_(start), initial_pose_(start)
   {
   }
 
@@ -136,8 +136,7 @@ Aligner::renderAgain()
   if (!problem_.render || !grid_ || out_.result.renderings >= MAX_RENDERINGS)
     return false;
   const Pose moved = grid_->world_from_virtual.inverse() * pose_;
-  if (moved.translation().norm() <= RENDER_DISTANCE &&
-      rotationAngle(moved) <= RENDER_ANGLE)
+  if (moved.translation().norm() <= RENDER_DISTANCE && rotationAngle(moved) <= RENDER_ANGLE)
     return false;
   std::string reason = "nothing was rendered";
   const std::optional<PointsView> target = problem_.render(pose_);
@@ -145,8 +144,7 @@ Aligner::renderAgain()
   if (target)
     grid = makeTargetGrid(problem_, *target, pose_, reason);
   if (!grid) {
-    PCL_WARN("[bundle_icp::BundleICP::align] The old virtual depth is kept: %s\n",
-             reason.c_str());
+    PCL_WARN("[bundle_icp::BundleICP::align] The old virtual depth is kept: %s\n", reason.c_str());
     return false;
   }
   grid_ = std::move(grid);
@@ -159,18 +157,16 @@ void
 Aligner::selectLevels()
 {
   const double points = static_cast<double>(problem_.source_indices->size());
-  const int last = std::max(
-      1, static_cast<int>(std::lround(std::sqrt(points / POINTS_OF_LAST_LEVEL))));
+  const int last =
+      std::max(1, static_cast<int>(std::lround(std::sqrt(points / POINTS_OF_LAST_LEVEL))));
   const double focal = problem_.camera ? problem_.camera->fx : CORRELATED_FOCAL;
-  const int sparsest =
-      std::max(1, static_cast<int>(std::sqrt(points / MIN_POINTS_OF_LEVEL)));
+  const int sparsest = std::max(1, static_cast<int>(std::sqrt(points / MIN_POINTS_OF_LEVEL)));
   for (const int wanted : {4 * last, 2 * last, last}) {
     const int stride = std::min(wanted, sparsest);
     SourcePoints level = selectSource(problem_, stride);
     level.stride = stride;
-    level.patch =
-        std::max(1.0, CORRELATED_PIXELS * std::pow(focal / CORRELATED_FOCAL, 2) /
-                          (stride * stride));
+    level.patch = std::max(1.0, CORRELATED_PIXELS * std::pow(focal / CORRELATED_FOCAL, 2) /
+                                    (stride * stride));
     if (!grid_)
       level.patch = 1;
     levels_.push_back(std::move(level));
@@ -182,11 +178,9 @@ Aligner::prepare()
 {
   if (problem_.camera && problem_.source.height > 1) {
     std::string reason;
-    grid_ =
-        makeTargetGrid(problem_, problem_.target, problem_.world_from_virtual, reason);
+    grid_ = makeTargetGrid(problem_, problem_.target, problem_.world_from_virtual, reason);
     if (!grid_)
-      PCL_WARN("[bundle_icp::BundleICP::align] Associating by kd-tree: %s\n",
-               reason.c_str());
+      PCL_WARN("[bundle_icp::BundleICP::align] Associating by kd-tree: %s\n", reason.c_str());
   }
   out_.result.projective = grid_.has_value();
   out_.result.visual_initial_pose = hasVisualEvidence();
@@ -203,8 +197,8 @@ Aligner::prepare()
   }
   mean /= static_cast<double>(all.size());
   center_ = pose_ * mean;
-  length_ = std::max(
-      1e-9, std::sqrt(squared / static_cast<double>(all.size()) - mean.squaredNorm()));
+  length_ =
+      std::max(1e-9, std::sqrt(squared / static_cast<double>(all.size()) - mean.squaredNorm()));
   return true;
 }
 
@@ -302,8 +296,9 @@ Aligner::approach()
   const Pose start = pose_;
   Pose best = start;
   double best_overlap = -1;
-  const double limit = hasVisualEvidence() ? std::min(VISUAL_MISALIGNMENT, problem_.max_misalignment)
-                                    : problem_.max_misalignment;
+  const double limit = hasVisualEvidence()
+                           ? std::min(VISUAL_MISALIGNMENT, problem_.max_misalignment)
+                           : problem_.max_misalignment;
   for (const float misalignment : MISALIGNMENTS) {
     if (grid_ && misalignment > float(limit))
       continue;
@@ -329,22 +324,19 @@ Aligner::runLevel(std::size_t level, float misalignment)
 {
   const bool last = level + 1 == levels_.size();
   useLevel(level, misalignment);
-  const int budget =
-      last ? problem_.max_iterations
-           : std::min(static_cast<int>(ALL_COARSE_BUDGET * problem_.max_iterations),
-                      out_.result.iterations +
-                          static_cast<int>(COARSE_BUDGET * problem_.max_iterations));
+  const int budget = last ? problem_.max_iterations
+                          : std::min(static_cast<int>(ALL_COARSE_BUDGET * problem_.max_iterations),
+                                     out_.result.iterations +
+                                         static_cast<int>(COARSE_BUDGET * problem_.max_iterations));
   mean_squared_ = -1;
   while (out_.result.iterations < budget) {
     const Evaluation at = evaluate();
     if (at.dense.matched < 6)
       return false;
     iterate(at);
-    const double mean =
-        at.dense.squared_error / std::max(1e-300, at.dense.weight_metric);
-    const bool settled =
-        mean_squared_ >= 0 && problem_.fitness_epsilon > 0 &&
-        std::abs(mean - mean_squared_) < problem_.fitness_epsilon * mean_squared_;
+    const double mean = at.dense.squared_error / std::max(1e-300, at.dense.weight_metric);
+    const bool settled = mean_squared_ >= 0 && problem_.fitness_epsilon > 0 &&
+                         std::abs(mean - mean_squared_) < problem_.fitness_epsilon * mean_squared_;
     mean_squared_ = mean;
     if (settled || converged(out_.last_step, level))
       return true;
@@ -367,8 +359,8 @@ Aligner::breaksVisualEvidence() const
          static_cast<double>(after.inliers) < 0.7 * static_cast<double>(before.inliers);
 }
 
-/** Gradients of the dense terms, summed over tiles of the image: neighbouring pixels share errors, of the
- * camera and of the surface that they are compared with. */
+/** Gradients of the dense terms, summed over tiles of the image: neighbouring pixels share errors,
+ * of the camera and of the surface that they are compared with. */
 std::vector<Vector6d>
 Aligner::tileGradients(double scale) const
 {
@@ -408,11 +400,11 @@ Aligner::report(const Evaluation& at)
     result.status = BundleICPStatus::NO_OVERLAP;
   result.rmse = std::sqrt(at.dense.squared_inliers /
                           std::max<double>(1, static_cast<double>(result.inliers)));
-  const VisualSystem visual = accumulateVisual(problem_.visual, pose_, center_, problem_.visual_scale);
+  const VisualSystem visual =
+      accumulateVisual(problem_.visual, pose_, center_, problem_.visual_scale);
   result.visual_inliers = visual.inliers;
   result.visual_rmse =
-      std::sqrt(visual.squared_inliers /
-                std::max<double>(1, static_cast<double>(visual.inliers)));
+      std::sqrt(visual.squared_inliers / std::max<double>(1, static_cast<double>(visual.inliers)));
   // From motions about the centre to motions about the origin of the world.
   Matrix6d to_center = Matrix6d::Identity(), to_origin = to_center;
   to_center.bottomLeftCorner<3, 3>() = -crossMatrix(center_);

@@ -26,21 +26,19 @@ checkDepth(const cv::Mat& depth, const CameraIntrinsics& camera, int reduction,
   if (depth.type() != CV_32FC1)
     throw pcl::BadArgumentException("makeDepthView: depth must be CV_32FC1 in metres");
   if (depth.cols != camera.width || depth.rows != camera.height)
-    throw pcl::BadArgumentException(
-        "makeDepthView: depth image is " + std::to_string(depth.cols) + "x" +
-        std::to_string(depth.rows) + ", the camera has " +
-        std::to_string(camera.width) + "x" + std::to_string(camera.height));
+    throw pcl::BadArgumentException("makeDepthView: depth image is " + std::to_string(depth.cols) +
+                                    "x" + std::to_string(depth.rows) + ", the camera has " +
+                                    std::to_string(camera.width) + "x" +
+                                    std::to_string(camera.height));
   if (reduction < 1 || reduction > std::min(depth.cols, depth.rows) / 8)
-    throw pcl::BadArgumentException(
-        "makeDepthView: reduction " + std::to_string(reduction) +
-        " must be at least 1 and leave 8 pixels in each direction");
+    throw pcl::BadArgumentException("makeDepthView: reduction " + std::to_string(reduction) +
+                                    " must be at least 1 and leave 8 pixels in each direction");
 }
 
 /** Average of the depths of a block that lie on the surface of their median; not
  * measured when that is less than half of the block. */
 float
-averageOfSurface(float* depths, std::size_t count, std::size_t block_size,
-                 const DepthEdges& linked)
+averageOfSurface(float* depths, std::size_t count, std::size_t block_size, const DepthEdges& linked)
 {
   if (2 * count < block_size)
     return NOT_MEASURED;
@@ -53,14 +51,12 @@ averageOfSurface(float* depths, std::size_t count, std::size_t block_size,
     sum += same * depths[i];
     linked_count += same;
   }
-  return 2 * linked_count >= static_cast<float>(block_size) ? sum / linked_count
-                                                             : NOT_MEASURED;
+  return 2 * linked_count >= static_cast<float>(block_size) ? sum / linked_count : NOT_MEASURED;
 }
 
 /** The same for blocks of four depths in any order, without branches. */
 BUNDLE_ICP_INLINE void
-reduceRowByTwo(const float* upper, const float* lower, int width, DepthEdges linked,
-               float* reduced)
+reduceRowByTwo(const float* upper, const float* lower, int width, DepthEdges linked, float* reduced)
 {
   for (int u = 0; u < width; ++u) {
     const float z[4] = {upper[2 * u], upper[2 * u + 1], lower[2 * u], lower[2 * u + 1]};
@@ -92,8 +88,7 @@ reduceRowByTwo(const float* upper, const float* lower, int width, DepthEdges lin
 }
 
 void
-reduceRow(const cv::Mat& depth, int row, int factor, const DepthEdges& linked,
-          cv::Mat& reduced)
+reduceRow(const cv::Mat& depth, int row, int factor, const DepthEdges& linked, cv::Mat& reduced)
 {
   const std::size_t block_size =
       static_cast<std::size_t>(factor) * static_cast<std::size_t>(factor);

@@ -17,14 +17,12 @@ constexpr double MAX_OFFSET = 3;
 Eigen::Vector3d
 pointAt(const PointsView& view, std::size_t index)
 {
-  return Eigen::Map<const Eigen::Vector3f>(view.xyz + index * view.stride)
-      .cast<double>();
+  return Eigen::Map<const Eigen::Vector3f>(view.xyz + index * view.stride).cast<double>();
 }
 
 /** Median distance [px] between where points project and their place in the grid. */
 double
-gridOffset(const PointsView& target, const CameraIntrinsics& camera,
-           const Pose& virtual_from_world)
+gridOffset(const PointsView& target, const CameraIntrinsics& camera, const Pose& virtual_from_world)
 {
   std::vector<double> offsets;
   // About 4000 samples; the step shares no factor with usual widths, so that columns
@@ -34,9 +32,8 @@ gridOffset(const PointsView& target, const CameraIntrinsics& camera,
     const Eigen::Vector3d p = virtual_from_world * pointAt(target, i);
     if (!p.allFinite())
       continue;
-    const Eigen::Vector2d place(
-        static_cast<double>(i % static_cast<std::size_t>(target.width)),
-        static_cast<double>(i / static_cast<std::size_t>(target.width)));
+    const Eigen::Vector2d place(static_cast<double>(i % static_cast<std::size_t>(target.width)),
+                                static_cast<double>(i / static_cast<std::size_t>(target.width)));
     offsets.push_back(p.z() > 0 ? (camera.project(p) - place).norm() : 1e9);
   }
   if (offsets.empty())
@@ -54,8 +51,7 @@ computeNormals(const AlignmentProblem& problem, TargetGrid& grid)
   cv::Mat depth(points.height, points.width, CV_32F);
   const Pose virtual_from_world = grid.world_from_virtual.inverse();
   for (std::size_t i = 0; i < points.size; ++i)
-    depth.ptr<float>()[i] =
-        static_cast<float>((virtual_from_world * pointAt(points, i)).z());
+    depth.ptr<float>()[i] = static_cast<float>((virtual_from_world * pointAt(points, i)).z());
   VirtualDepthOptions options;
   options.num_threads = problem.num_threads;
   const DepthView view = makeDepthView(depth, grid.camera, 1, options);
@@ -84,8 +80,7 @@ hasUnitNormals(const PointsView& view)
     if (!pointAt(view, i).allFinite())
       continue;
     ++finite;
-    const float norm =
-        Eigen::Map<const Eigen::Vector3f>(view.normals + i * view.stride).norm();
+    const float norm = Eigen::Map<const Eigen::Vector3f>(view.normals + i * view.stride).norm();
     unit += std::abs(norm - 1) < 0.01f ? 1 : 0;
   }
   return 2 * unit > finite;
@@ -109,15 +104,14 @@ makeTargetGrid(const AlignmentProblem& problem, const PointsView& target,
   if (grid.camera.width != target.width || grid.camera.height != target.height) {
     reason = "the target has " + std::to_string(target.width) + "x" +
              std::to_string(target.height) + " points, the camera " +
-             std::to_string(problem.camera->width) + "x" +
-             std::to_string(problem.camera->height) + " pixels";
+             std::to_string(problem.camera->width) + "x" + std::to_string(problem.camera->height) +
+             " pixels";
     return std::nullopt;
   }
   const double offset = gridOffset(target, grid.camera, world_from_virtual.inverse());
   if (offset > MAX_OFFSET) {
-    reason =
-        "the target's points project " + std::to_string(offset) +
-        " px from their place in its grid; was it rendered at the virtual depth pose?";
+    reason = "the target's points project " + std::to_string(offset) +
+             " px from their place in its grid; was it rendered at the virtual depth pose?";
     return std::nullopt;
   }
   if (!hasUnitNormals(target))

@@ -28,9 +28,8 @@ checkViews(const std::vector<RegisteredView>& views)
         view->normals.size() != size || view->weight.size() != size ||
         !view->depth.isContinuous() || !view->normals.isContinuous() ||
         !view->weight.isContinuous())
-      throw pcl::BadArgumentException(name +
-                                      " does not come from makeDepthView: type or "
-                                      "size of its images do not fit its camera");
+      throw pcl::BadArgumentException(name + " does not come from makeDepthView: type or "
+                                             "size of its images do not fit its camera");
     if (!isRigid(views[i].world_from_camera.matrix()))
       throw pcl::BadArgumentException(name + " has a pose that is not a rigid motion");
   }
@@ -42,14 +41,12 @@ warpViews(const std::vector<RegisteredView>& views, const VirtualDepth& out,
 {
   std::vector<Contribution> contributions(views.size());
   const Pose virtual_from_world = out.world_from_camera.inverse();
-#pragma omp parallel for num_threads(resolveThreads(options.num_threads))              \
-    schedule(dynamic, 1)
+#pragma omp parallel for num_threads(resolveThreads(options.num_threads)) schedule(dynamic, 1)
   for (std::size_t i = 0; i < views.size(); ++i) {
     const Pose virtual_from_view = virtual_from_world * views[i].world_from_camera;
     contributions[i] = {
         views[i].view, warpView(*views[i].view, out.camera, virtual_from_view, options),
-        virtual_from_view.linear().cast<float>(),
-        virtual_from_view.translation().cast<float>()};
+        virtual_from_view.linear().cast<float>(), virtual_from_view.translation().cast<float>()};
   }
   return contributions;
 }
@@ -57,9 +54,8 @@ warpViews(const std::vector<RegisteredView>& views, const VirtualDepth& out,
 /** Organized cloud of a depth image; `sigma(v, u)` gives the standard deviation. */
 template <typename Sigma>
 pcl::PointCloud<pcl::PointXYZRGBNormal>::Ptr
-organizedCloud(const cv::Mat& depth, const cv::Mat& normals,
-               const CameraIntrinsics& camera, const Pose& target_from_camera,
-               const Sigma& sigma)
+organizedCloud(const cv::Mat& depth, const cv::Mat& normals, const CameraIntrinsics& camera,
+               const Pose& target_from_camera, const Sigma& sigma)
 {
   pcl::PointCloud<pcl::PointXYZRGBNormal>::Ptr cloud(
       new pcl::PointCloud<pcl::PointXYZRGBNormal>(depth.cols, depth.rows));
@@ -113,16 +109,14 @@ VirtualDepthOptions::isValid(std::string* error) const
 }
 
 VirtualDepth
-renderVirtualDepth(const std::vector<RegisteredView>& views,
-                   const CameraIntrinsics& camera, const Pose& world_from_virtual,
-                   const VirtualDepthOptions& options)
+renderVirtualDepth(const std::vector<RegisteredView>& views, const CameraIntrinsics& camera,
+                   const Pose& world_from_virtual, const VirtualDepthOptions& options)
 {
   std::string error;
   if (!options.isValid(&error) || !camera.isValid(&error))
     throw pcl::BadArgumentException("renderVirtualDepth: " + error);
   if (!isRigid(world_from_virtual.matrix()))
-    throw pcl::BadArgumentException(
-        "renderVirtualDepth: the virtual pose is not a rigid motion");
+    throw pcl::BadArgumentException("renderVirtualDepth: the virtual pose is not a rigid motion");
   checkViews(views);
   VirtualDepth out;
   out.camera = camera.undistorted();
@@ -138,20 +132,19 @@ renderVirtualDepth(const std::vector<RegisteredView>& views,
 pcl::PointCloud<pcl::PointXYZRGBNormal>::Ptr
 toPointCloud(const VirtualDepth& virtual_depth)
 {
-  return organizedCloud(
-      virtual_depth.depth, virtual_depth.normals, virtual_depth.camera,
-      virtual_depth.world_from_camera,
-      [&](int v, int u) { return std::sqrt(virtual_depth.variance.at<float>(v, u)); });
+  return organizedCloud(virtual_depth.depth, virtual_depth.normals, virtual_depth.camera,
+                        virtual_depth.world_from_camera, [&](int v, int u) {
+                          return std::sqrt(virtual_depth.variance.at<float>(v, u));
+                        });
 }
 
 pcl::PointCloud<pcl::PointXYZRGBNormal>::Ptr
 toPointCloud(const DepthView& view)
 {
-  return organizedCloud(view.depth, view.normals, view.camera, Pose::Identity(),
-                        [&](int v, int u) {
-                          const float weight = view.weight.at<float>(v, u);
-                          return weight > 0 ? 1 / std::sqrt(weight) : NOT_SEEN;
-                        });
+  return organizedCloud(view.depth, view.normals, view.camera, Pose::Identity(), [&](int v, int u) {
+    const float weight = view.weight.at<float>(v, u);
+    return weight > 0 ? 1 / std::sqrt(weight) : NOT_SEEN;
+  });
 }
 
 } // namespace bundle_icp

@@ -50,15 +50,14 @@ isValid(const VisualCorrespondences& c, std::string* error)
     if (!c.source[i].allFinite() || !c.target[i].allFinite())
       return fail("point " + std::to_string(i) + " is not finite");
     if (!std::isfinite(c.weights[i]) || c.weights[i] <= 0)
-      return fail("weight " + std::to_string(i) + " is " +
-                  std::to_string(c.weights[i]) + "; expected a positive number");
+      return fail("weight " + std::to_string(i) + " is " + std::to_string(c.weights[i]) +
+                  "; expected a positive number");
   }
   return true;
 }
 
 std::optional<VisualPose>
-estimateVisualPose(const VisualCorrespondences& correspondences,
-                   const VisualPoseOptions& options)
+estimateVisualPose(const VisualCorrespondences& correspondences, const VisualPoseOptions& options)
 {
   std::string error;
   if (!options.isValid(&error) || !isValid(correspondences, &error))
@@ -80,8 +79,7 @@ estimateVisualPose(const VisualCorrespondences& correspondences,
     sum += squared;
     squared_sigmas.push_back(pairs[i].weight * squared);
   }
-  return VisualPose{found.target_from_source,
-                    found.inliers.size(),
+  return VisualPose{found.target_from_source, found.inliers.size(),
                     std::sqrt(sum / static_cast<double>(found.inliers.size())),
                     observedScale(std::move(squared_sigmas))};
 }

@@ -36,8 +36,7 @@ struct VertexRow {
   std::vector<float> valid, link_right, link_down;
 
   explicit VertexRow(std::size_t width)
-      : u(width), v(width), inverse_z(width), valid(width), link_right(width),
-        link_down(width)
+  : u(width), v(width), inverse_z(width), valid(width), link_right(width), link_down(width)
   {
   }
 };
@@ -64,8 +63,7 @@ struct Warp {
 };
 
 BUNDLE_ICP_INLINE void
-warpRow(const float* z, const float* weight, int width, int row, const Warp& warp,
-        VertexRow& out)
+warpRow(const float* z, const float* weight, int width, int row, const Warp& warp, VertexRow& out)
 {
   float start[3];
   for (int i = 0; i < 3; ++i)
@@ -90,8 +88,8 @@ warpRow(const float* z, const float* weight, int width, int row, const Warp& war
 }
 
 BUNDLE_ICP_INLINE void
-linkVertices(const float* a, const float* b, const float* valid_a, const float* valid_b,
-             int width, DepthEdges linked, float* links)
+linkVertices(const float* a, const float* b, const float* valid_a, const float* valid_b, int width,
+             DepthEdges linked, float* links)
 {
 #pragma omp simd
   for (int c = 0; c < width; ++c)
@@ -112,9 +110,9 @@ vertex(const VertexRow& row, int c)
 class Target {
 public:
   Target(const CameraIntrinsics& camera, const VirtualDepthOptions& options)
-      : width(camera.width), height(camera.height),
-        pixels(static_cast<std::size_t>(width) * static_cast<std::size_t>(height)),
-        averaged_(pixels.size()), reach_(camera.depth_noise, options.merge_sigmas)
+  : width(camera.width), height(camera.height),
+    pixels(static_cast<std::size_t>(width) * static_cast<std::size_t>(height)),
+    averaged_(pixels.size()), reach_(camera.depth_noise, options.merge_sigmas)
   {
   }
 
@@ -180,8 +178,8 @@ struct RowCells {
   std::vector<int> hits, others; // quads of one pixel that meet it; those of several
 
   explicit RowCells(std::size_t width)
-      : u0(width), u1(width), v0(width), v1(width), single(width), index(width),
-        source(width), inverse_z(width), hits(width), others(width)
+  : u0(width), u1(width), v0(width), v1(width), single(width), index(width), source(width),
+    inverse_z(width), hits(width), others(width)
   {
   }
 };
@@ -233,11 +231,10 @@ lastPixel(float high, float size)
 }
 
 BUNDLE_ICP_INLINE void
-boundQuads(const VertexRow& top, const VertexRow& bottom, int quads,
-           const Target& target, RowCells& cells)
+boundQuads(const VertexRow& top, const VertexRow& bottom, int quads, const Target& target,
+           RowCells& cells)
 {
-  const float width = static_cast<float>(target.width),
-              height = static_cast<float>(target.height);
+  const float width = static_cast<float>(target.width), height = static_cast<float>(target.height);
   const float *tu = top.u.data(), *tv = top.v.data();
   const float *bu = bottom.u.data(), *bv = bottom.v.data();
 #pragma omp simd
@@ -259,8 +256,8 @@ boundQuads(const VertexRow& top, const VertexRow& bottom, int quads,
 
 /** Renders the quads that meet a single pixel: as renderCell(), for a whole row. */
 BUNDLE_ICP_INLINE void
-sampleQuads(const VertexRow& top, const VertexRow& bottom, int quads, int row,
-            int image_width, RowCells& cells)
+sampleQuads(const VertexRow& top, const VertexRow& bottom, int quads, int row, int image_width,
+            RowCells& cells)
 {
   const int first = row * (quads + 1);
 #pragma omp simd
@@ -324,8 +321,8 @@ renderOther(const VertexRow& top, const VertexRow& bottom, int row, int width, i
 /** Cells between two rows of vertices. Which of them meet a pixel is as good as random:
  * listed first, they cost no mispredicted branch. */
 void
-renderBetween(const VertexRow& top, const VertexRow& bottom, int row, int width,
-              RowCells& cells, Target& target)
+renderBetween(const VertexRow& top, const VertexRow& bottom, int row, int width, RowCells& cells,
+              Target& target)
 {
   std::size_t hits = 0, others = 0;
   for (int c = 0; c + 1 < width; ++c) {
@@ -350,15 +347,14 @@ renderBetween(const VertexRow& top, const VertexRow& bottom, int row, int width,
 } // namespace
 
 WarpedView
-warpView(const DepthView& view, const CameraIntrinsics& camera,
-         const Pose& virtual_from_view, const VirtualDepthOptions& options)
+warpView(const DepthView& view, const CameraIntrinsics& camera, const Pose& virtual_from_view,
+         const VirtualDepthOptions& options)
 {
   const int width = view.depth.cols, height = view.depth.rows;
   const Warp warp(view.camera, camera, virtual_from_view);
   const DepthEdges linked(view.camera);
   Target target(camera, options);
-  VertexRow top(static_cast<std::size_t>(width)),
-      bottom(static_cast<std::size_t>(width));
+  VertexRow top(static_cast<std::size_t>(width)), bottom(static_cast<std::size_t>(width));
   RowCells cells(static_cast<std::size_t>(width));
   for (int v = 0; v < height; ++v) {
     const float* z = view.depth.ptr<float>(v);

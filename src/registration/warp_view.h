@@ -21,7 +21,7 @@ using WarpedView = std::vector<WarpedPixel>;
  *  surface span the mesh, so it has no holes between samples and none of it bridges an
  * edge. */
 WarpedView
-warpView(const DepthView& view, const CameraIntrinsics& camera,
-         const Pose& virtual_from_view, const VirtualDepthOptions& options);
+warpView(const DepthView& view, const CameraIntrinsics& camera, const Pose& virtual_from_view,
+         const VirtualDepthOptions& options);
 
 } // namespace bundle_icp

@@ -11,15 +11,7 @@ namespace bundle_icp {
 namespace simulation {
 namespace {
 
-enum Purpose : std::uint64_t {
-  BLUR,
-  SHAKE,
-  EXPOSURE,
-  COLOR_NOISE,
-  FLYING,
-  DEPTH_NOISE,
-  HOLES
-};
+enum Purpose : std::uint64_t { BLUR, SHAKE, EXPOSURE, COLOR_NOISE, FLYING, DEPTH_NOISE, HOLES };
 
 constexpr double nearest_measured = 0.4, farthest_measured = 5;
 const float not_measured = std::numeric_limits<float>::quiet_NaN();
@@ -39,8 +31,8 @@ correlatedNoise(const cv::Size& size, cv::RNG& random)
   const double coarse_deviation = 0.625;
   const double share = std::sqrt(0.5);
   cv::Mat noise;
-  cv::addWeighted(coarse(cv::Rect({margin, margin}, size)), share / coarse_deviation,
-                  fine, share, 0, noise);
+  cv::addWeighted(coarse(cv::Rect({margin, margin}, size)), share / coarse_deviation, fine, share,
+                  0, noise);
   return noise;
 }
 
@@ -79,8 +71,7 @@ cutHoles(cv::Mat& depth, const cv::Mat& reflection, double fraction, cv::RNG ran
   sorted.reserve(depth.total());
   for (int y = 0; y < depth.rows; ++y)
     sorted.insert(sorted.end(), score.ptr<float>(y), score.ptr<float>(y) + depth.cols);
-  const auto rank =
-      sorted.begin() + std::ptrdiff_t((1 - fraction) * double(sorted.size()));
+  const auto rank = sorted.begin() + std::ptrdiff_t((1 - fraction) * double(sorted.size()));
   if (rank == sorted.end())
     return;
   std::nth_element(sorted.begin(), rank, sorted.end());
@@ -106,8 +97,7 @@ frameRandom(std::uint64_t seed, std::size_t frame, std::uint64_t purpose)
 bool
 drawBlurred(const SyntheticScanOptions& options, std::size_t frame)
 {
-  return frameRandom(options.seed, frame, BLUR).uniform(0.0, 1.0) <
-         options.blur_fraction;
+  return frameRandom(options.seed, frame, BLUR).uniform(0.0, 1.0) < options.blur_fraction;
 }
 
 std::vector<Pose>
@@ -115,8 +105,7 @@ drawShake(const SyntheticScanOptions& options, std::size_t frame)
 {
   constexpr int num_poses = 10;
   cv::RNG random = frameRandom(options.seed, frame, SHAKE);
-  const double angle =
-      random.uniform(0.02, 0.04); // 10 to 20 px at a focal length of 500
+  const double angle = random.uniform(0.02, 0.04); // 10 to 20 px at a focal length of 500
   const double direction = random.uniform(0.0, 2 * CV_PI);
   Vector6d motion;
   motion << angle * std::cos(direction), angle * std::sin(direction), 0, 0, 0, 0;
@@ -129,22 +118,20 @@ drawShake(const SyntheticScanOptions& options, std::size_t frame)
 }
 
 void
-spoilColor(cv::Mat& color, const SyntheticScanOptions& options, std::size_t frame,
-           double time)
+spoilColor(cv::Mat& color, const SyntheticScanOptions& options, std::size_t frame, double time)
 {
   cv::Mat noise(color.size(), CV_32FC3, cv::Scalar::all(0));
   if (options.color_noise > 0)
     frameRandom(options.seed, frame, COLOR_NOISE)
         .fill(noise, cv::RNG::NORMAL, 0, options.color_noise);
   const double phase = frameRandom(options.seed, 0, EXPOSURE).uniform(0.0, 2 * CV_PI);
-  const double gain =
-      1 + options.exposure_change * std::sin(2 * CV_PI * time / 9.0 + phase);
+  const double gain = 1 + options.exposure_change * std::sin(2 * CV_PI * time / 9.0 + phase);
   cv::addWeighted(color, gain, noise, 1, 0, color, CV_8UC3);
 }
 
 void
-spoilDepth(cv::Mat& depth, const cv::Mat& reflection,
-           const SyntheticScanOptions& options, std::size_t frame)
+spoilDepth(cv::Mat& depth, const cv::Mat& reflection, const SyntheticScanOptions& options,
+           std::size_t frame)
 {
   if (options.flying_pixels)
     addFlyingPixels(depth, frameRandom(options.seed, frame, FLYING));
@@ -161,14 +148,12 @@ spoilDepth(cv::Mat& depth, const cv::Mat& reflection,
       if (is_noisy)
         z += options.noise_factor * options.noise.sigma(z) * noise.at<float>(y, x);
       if (options.quantisation > 0) // equal steps of disparity
-        z = 1 / (options.quantisation *
-                 std::max(1.0, std::round(1 / (options.quantisation * z))));
+        z = 1 / (options.quantisation * std::max(1.0, std::round(1 / (options.quantisation * z))));
       const bool is_out_of_range = z < nearest_measured || z > farthest_measured;
       measured = is_noisy && is_out_of_range ? not_measured : float(z);
     }
   if (options.hole_fraction > 0)
-    cutHoles(depth, reflection, options.hole_fraction,
-             frameRandom(options.seed, frame, HOLES));
+    cutHoles(depth, reflection, options.hole_fraction, frameRandom(options.seed, frame, HOLES));
 }
 
 } // namespace simulation

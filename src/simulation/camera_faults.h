@@ -26,16 +26,15 @@ drawShake(const SyntheticScanOptions& options, std::size_t frame);
 
 /** Changes exposure and adds noise to a colour image (CV_8UC3). */
 void
-spoilColor(cv::Mat& color, const SyntheticScanOptions& options, std::size_t frame,
-           double time);
+spoilColor(cv::Mat& color, const SyntheticScanOptions& options, std::size_t frame, double time);
 
 /** Makes of exact depth what the camera measures: flying pixels, bias, noise,
  * quantisation, holes, range, in this order. \param[in,out] depth CV_32FC1 [m]
  *  \param[in] reflection CV_32FC1, 0 to 1: how well the surface sends the camera's
  * light back */
 void
-spoilDepth(cv::Mat& depth, const cv::Mat& reflection,
-           const SyntheticScanOptions& options, std::size_t frame);
+spoilDepth(cv::Mat& depth, const cv::Mat& reflection, const SyntheticScanOptions& options,
+           std::size_t frame);
 
 } // namespace simulation
 } // namespace bundle_icp

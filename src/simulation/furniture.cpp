@@ -48,11 +48,10 @@ private:
   /** A box of full extent `extent` [m], turned by `yaw` [rad] about z; `density`
    * [texel/m]. */
   void
-  box(const Eigen::Vector3d& center, const Eigen::Vector3d& extent, double yaw,
-      double density, const Painter& paint);
+  box(const Eigen::Vector3d& center, const Eigen::Vector3d& extent, double yaw, double density,
+      const Painter& paint);
   void
-  sphere(const Eigen::Vector3d& center, double radius, double density,
-         const Painter& paint);
+  sphere(const Eigen::Vector3d& center, double radius, double density, const Painter& paint);
   void
   cylinder(const Eigen::Vector3d& center, double radius, double height,
            const Eigen::Matrix3d& rotation, double density, const Painter& paint);
@@ -80,17 +79,13 @@ isInRoom(const Eigen::Vector3d& point)
 Painter
 wood(const cv::Scalar& color, int board_width)
 {
-  return [=](cv::Mat canvas, cv::RNG& random) {
-    paintWood(canvas, random, color, board_width);
-  };
+  return [=](cv::Mat canvas, cv::RNG& random) { paintWood(canvas, random, color, board_width); };
 }
 
 Painter
 plaster(const cv::Scalar& color, float contrast)
 {
-  return [=](cv::Mat canvas, cv::RNG& random) {
-    paintPlaster(canvas, random, color, contrast);
-  };
+  return [=](cv::Mat canvas, cv::RNG& random) { paintPlaster(canvas, random, color, contrast); };
 }
 
 void
@@ -101,8 +96,7 @@ Furnisher::box(const Eigen::Vector3d& center, const Eigen::Vector3d& extent, dou
   const BoxLayout layout = layoutBox(extent, density);
   cv::Mat image(layout.size, CV_8UC3, cv::Scalar::all(0));
   for (int side = 0; side < 6; ++side) {
-    const Eigen::Vector3d outward =
-        (side % 2 ? -1.0 : 1.0) * Eigen::Vector3d::Unit(side / 2);
+    const Eigen::Vector3d outward = (side % 2 ? -1.0 : 1.0) * Eigen::Vector3d::Unit(side / 2);
     // What is in the wall or behind it is never seen.
     if (isInRoom(center + aboutZ(yaw) * outward.cwiseProduct(extent / 2)))
       paint(image(layout.sides[side]), random);
@@ -132,8 +126,7 @@ Furnisher::sphere(const Eigen::Vector3d& center, double radius, double density,
 
 void
 Furnisher::cylinder(const Eigen::Vector3d& center, double radius, double height,
-                    const Eigen::Matrix3d& rotation, double density,
-                    const Painter& paint)
+                    const Eigen::Matrix3d& rotation, double density, const Painter& paint)
 {
   cv::RNG random = nextRandom();
   cv::Mat image(int(height * density), int(2 * M_PI * radius * density), CV_8UC3);
@@ -149,8 +142,7 @@ Furnisher::cylinder(const Eigen::Vector3d& center, double radius, double height,
 void
 Furnisher::room()
 {
-  const auto paint = [this](double width, double height, double density,
-                            const Painter& painter) {
+  const auto paint = [this](double width, double height, double density, const Painter& painter) {
     cv::RNG random = nextRandom();
     cv::Mat image(int(height * density), int(width * density), CV_8UC3);
     painter(image, random);
@@ -158,13 +150,12 @@ Furnisher::room()
   };
   const Eigen::Vector3d size = 2 * room_half;
   const cv::Scalar wall(196, 208, 214), other_wall(170, 196, 190), floor(92, 128, 168);
-  scene_.addRoom(room_half,
-                 {paint(size.y(), size.z(), 300, plaster(wall, 1)),
-                  paint(size.y(), size.z(), 300, plaster(other_wall, 1)),
-                  paint(size.x(), size.z(), 300, plaster(wall, 1)),
-                  paint(size.x(), size.z(), 300, plaster(wall, 1)),
-                  paint(size.x(), size.y(), 150, plaster({225, 228, 230}, 1)),
-                  paint(size.x(), size.y(), 350, wood(floor, 42))});
+  scene_.addRoom(room_half, {paint(size.y(), size.z(), 300, plaster(wall, 1)),
+                             paint(size.y(), size.z(), 300, plaster(other_wall, 1)),
+                             paint(size.x(), size.z(), 300, plaster(wall, 1)),
+                             paint(size.x(), size.z(), 300, plaster(wall, 1)),
+                             paint(size.x(), size.y(), 150, plaster({225, 228, 230}, 1)),
+                             paint(size.x(), size.y(), 350, wood(floor, 42))});
 }
 
 void
@@ -202,8 +193,7 @@ Furnisher::thingsOnTable()
   cylinder(on_table(-0.03, -0.08, 0.24), 0.035, 0.24, aboutZ(4), 900,
            paintPackage); // a bottle
   const Eigen::Matrix3d lying =
-      aboutZ(0.6) *
-      Eigen::AngleAxisd(M_PI / 2, Eigen::Vector3d::UnitY()).toRotationMatrix();
+      aboutZ(0.6) * Eigen::AngleAxisd(M_PI / 2, Eigen::Vector3d::UnitY()).toRotationMatrix();
   cylinder(on_table(-0.5, -0.25, 0.08), 0.04, 0.2, lying, 900, paintPicture);
   box(on_table(0.58, -0.22, 0.02), {0.21, 0.297, 0.02}, -0.15, 900,
       paintPackage); // a journal
@@ -218,16 +208,13 @@ Furnisher::shelf()
   const cv::Scalar color(60, 92, 125);
   for (const double x : {left, left + width})
     box({x, middle, 0.9}, {0.025, depth, 1.8}, 0, 350, wood(color, 60));
-  box({left + width / 2, room_half.y() - 0.01, 0.9}, {width, 0.02, 1.8}, 0, 250,
-      wood(color, 60));
+  box({left + width / 2, room_half.y() - 0.01, 0.9}, {width, 0.02, 1.8}, 0, 250, wood(color, 60));
   cv::RNG random = nextRandom();
   for (const double height : {0.05, 0.48, 0.91, 1.34, 1.79}) {
-    box({left + width / 2, middle, height}, {width, depth, 0.025}, 0, 350,
-        wood(color, 60));
+    box({left + width / 2, middle, height}, {width, depth, 0.025}, 0, 350, wood(color, 60));
     double x = left + 0.03;
     while (height < 1.5 && x < left + width - 0.09) {
-      const double thickness = random.uniform(0.025, 0.06),
-                   tall = random.uniform(0.2, 0.36);
+      const double thickness = random.uniform(0.025, 0.06), tall = random.uniform(0.2, 0.36);
       const double deep = random.uniform(0.15, 0.22);
       box({x + thickness / 2, front + 0.02 + deep / 2, height + 0.0125 + tall / 2},
           {thickness - 0.002, deep, tall}, 0, 500, paintPackage);
@@ -247,8 +234,7 @@ Furnisher::thingsOnFloor()
   cylinder({-1.7, 1.2, 0.2}, 0.16, 0.4, aboutZ(1), 500, paintPicture); // a waste bin
   sphere({-1.6, -1.9, 0.22}, 0.22, 450, paintPicture);
   sphere({1.5, 1.7, 0.15}, 0.15, 450, paintPicture);
-  box({-1.72, -0.3, 0.3}, {0.45, 1.3, 0.6}, 0, 450,
-      wood({75, 110, 150}, 130)); // a sideboard
+  box({-1.72, -0.3, 0.3}, {0.45, 1.3, 0.6}, 0, 450, wood({75, 110, 150}, 130)); // a sideboard
   cylinder({-1.7, -0.7, 0.6 + 0.15}, 0.07, 0.3, aboutZ(0), 700, paintPicture);
   box({-1.75, 0.05, 0.6 + 0.13}, {0.1, 0.4, 0.26}, 0.2, 700, paintPoster);
   cylinder({1.65, 0.9, 0.225}, 0.18, 0.45, aboutZ(0), 450, paintRug); // a stool
@@ -263,15 +249,12 @@ Furnisher::walls()
     double along, height, width, tall;
   };
   const Picture pictures[] = {
-      {0, -1.9, 1.6, 0.6, 0.85},  {0, -1.1, 1.75, 0.7, 0.5},
-      {0, -0.2, 1.5, 0.84, 1.19}, {0, 0.7, 1.8, 0.5, 0.7},
-      {0, 0.75, 1.15, 0.6, 0.42}, {0, 1.6, 1.6, 0.8, 0.6},
-      {0, 2.1, 0.9, 0.42, 0.6},   {1, -2.0, 1.4, 0.6, 0.84},
-      {1, -1.1, 1.65, 0.84, 0.6}, {1, -0.2, 1.5, 0.6, 0.84},
-      {1, 0.6, 1.75, 0.7, 0.5},   {1, 0.65, 1.15, 0.5, 0.42},
-      {1, 1.9, 1.5, 0.9, 1.2},    {2, -1.3, 1.5, 0.84, 1.19},
-      {2, 1.3, 1.6, 0.7, 0.5},    {2, 1.35, 1.0, 0.5, 0.5},
-      {3, -1.4, 1.5, 0.7, 1.0},   {3, -0.5, 1.7, 0.6, 0.42},
+      {0, -1.9, 1.6, 0.6, 0.85},  {0, -1.1, 1.75, 0.7, 0.5},  {0, -0.2, 1.5, 0.84, 1.19},
+      {0, 0.7, 1.8, 0.5, 0.7},    {0, 0.75, 1.15, 0.6, 0.42}, {0, 1.6, 1.6, 0.8, 0.6},
+      {0, 2.1, 0.9, 0.42, 0.6},   {1, -2.0, 1.4, 0.6, 0.84},  {1, -1.1, 1.65, 0.84, 0.6},
+      {1, -0.2, 1.5, 0.6, 0.84},  {1, 0.6, 1.75, 0.7, 0.5},   {1, 0.65, 1.15, 0.5, 0.42},
+      {1, 1.9, 1.5, 0.9, 1.2},    {2, -1.3, 1.5, 0.84, 1.19}, {2, 1.3, 1.6, 0.7, 0.5},
+      {2, 1.35, 1.0, 0.5, 0.5},   {3, -1.4, 1.5, 0.7, 1.0},   {3, -0.5, 1.7, 0.6, 0.42},
       {3, -0.5, 1.15, 0.6, 0.42}, {3, 1.3, 0.5, 0.8, 0.5},
   };
   for (const Picture& p : pictures) {

@@ -96,9 +96,9 @@ vary(const cv::Scalar& base, cv::RNG& random, double spread)
 std::string
 randomWords(cv::RNG& random, int letters)
 {
-  static const char* const syllables[] = {
-      "ba", "cor", "di", "fel", "gu", "ha", "KIN", "lo",  "mi", "Nor", "pe", "qua",
-      "ri", "St",  "tu", "vel", "wo", "xi", "You", "zan", "7",  "42",  "&"};
+  static const char* const syllables[] = {"ba", "cor", "di",  "fel", "gu", "ha", "KIN", "lo",
+                                          "mi", "Nor", "pe",  "qua", "ri", "St", "tu",  "vel",
+                                          "wo", "xi",  "You", "zan", "7",  "42", "&"};
   std::string text;
   while (int(text.size()) < letters) {
     text += syllables[random.uniform(0, int(std::size(syllables)))];
@@ -109,22 +109,17 @@ randomWords(cv::RNG& random, int letters)
 }
 
 void
-drawText(cv::Mat canvas, cv::RNG& random, cv::Point origin, double height,
-         const cv::Scalar& color)
+drawText(cv::Mat canvas, cv::RNG& random, cv::Point origin, double height, const cv::Scalar& color)
 {
   const double scale = height / 22; // the font's capitals are 22 px high
-  const int letters =
-      std::max(3, int(0.9 * (canvas.cols - 2 * origin.x) / (0.75 * height)));
+  const int letters = std::max(3, int(0.9 * (canvas.cols - 2 * origin.x) / (0.75 * height)));
   const std::string words = randomWords(random, letters);
-  const int font =
-      random.uniform(0, 2) ? cv::FONT_HERSHEY_DUPLEX : cv::FONT_HERSHEY_TRIPLEX;
-  cv::putText(canvas, words, origin, font, scale, color, std::max(1, int(height / 9)),
-              cv::LINE_AA);
+  const int font = random.uniform(0, 2) ? cv::FONT_HERSHEY_DUPLEX : cv::FONT_HERSHEY_TRIPLEX;
+  cv::putText(canvas, words, origin, font, scale, color, std::max(1, int(height / 9)), cv::LINE_AA);
 }
 
 void
-drawBlot(cv::Mat canvas, cv::RNG& random, cv::Point center, double radius,
-         const cv::Scalar& color)
+drawBlot(cv::Mat canvas, cv::RNG& random, cv::Point center, double radius, const cv::Scalar& color)
 {
   if (random.uniform(0, 2)) {
     const cv::Size axes(int(radius), int(radius * random.uniform(0.3, 1.0)));
@@ -136,10 +131,8 @@ drawBlot(cv::Mat canvas, cv::RNG& random, cv::Point center, double radius,
   const double start = random.uniform(0.0, 6.28);
   const int count = random.uniform(3, 6);
   for (int i = 0; i < count; ++i) {
-    const double angle = start + 6.2832 * i / count,
-                 r = radius * random.uniform(0.6, 1.2);
-    corners.emplace_back(int(center.x + r * std::cos(angle)),
-                         int(center.y + r * std::sin(angle)));
+    const double angle = start + 6.2832 * i / count, r = radius * random.uniform(0.6, 1.2);
+    corners.emplace_back(int(center.x + r * std::cos(angle)), int(center.y + r * std::sin(angle)));
   }
   cv::fillConvexPoly(canvas, corners, color, cv::LINE_AA);
 }
@@ -147,8 +140,7 @@ drawBlot(cv::Mat canvas, cv::RNG& random, cv::Point center, double radius,
 /** Blots of radius exp(0.3) to exp(`largest`) anywhere, in darker and lighter kinds of
  * a colour. */
 void
-scatterBlots(cv::Mat canvas, cv::RNG& random, int count, double largest,
-             const cv::Scalar& color)
+scatterBlots(cv::Mat canvas, cv::RNG& random, int count, double largest, const cv::Scalar& color)
 {
   for (int i = 0; i < count; ++i) {
     const int x = random.uniform(0, canvas.cols);
@@ -168,9 +160,9 @@ paintPicture(cv::Mat canvas, cv::RNG& random)
 {
   const double hue = random.uniform(0.0, 1.0);
   const double other_hue = hue + random.uniform(0.08, 0.5);
-  const cv::Scalar palette[] = {
-      shadeOf(hue, random, 110, 190), shadeOf(hue, random, 40, 90),
-      shadeOf(other_hue, random, 140, 220), shadeOf(other_hue, random, 190, 240)};
+  const cv::Scalar palette[] = {shadeOf(hue, random, 110, 190), shadeOf(hue, random, 40, 90),
+                                shadeOf(other_hue, random, 140, 220),
+                                shadeOf(other_hue, random, 190, 240)};
   canvas.setTo(palette[0]);
   const double largest = 0.3 * std::min(canvas.cols, canvas.rows), smallest = 2.5;
   // Many small blots over few large ones: something to see at every scale.
@@ -179,8 +171,7 @@ paintPicture(cv::Mat canvas, cv::RNG& random)
     const double part = double(i) / count;
     const double radius =
         std::max(smallest, largest * std::pow(1 - part, 4) * random.uniform(0.4, 1.));
-    const cv::Point center(random.uniform(0, canvas.cols),
-                           random.uniform(0, canvas.rows));
+    const cv::Point center(random.uniform(0, canvas.cols), random.uniform(0, canvas.rows));
     const cv::Scalar color = vary(palette[random.uniform(0, 4)], random, 24);
     drawBlot(canvas, random, center, radius, color);
   }
@@ -205,8 +196,7 @@ paintPoster(cv::Mat canvas, cv::RNG& random)
   const int band = int(2.2 * height);
   if (picture.rows < 3 * band)
     return;
-  picture.rowRange(picture.rows - band, picture.rows)
-      .setTo(randomColor(random, 190, 250));
+  picture.rowRange(picture.rows - band, picture.rows).setTo(randomColor(random, 190, 250));
   drawText(picture, random, {int(height), picture.rows - int(0.6 * height)}, height,
            randomColor(random, 10, 70));
 }
@@ -216,18 +206,16 @@ paintPackage(cv::Mat canvas, cv::RNG& random)
 {
   const cv::Scalar base = randomColor(random, 30, 220);
   const bool dark = base[0] + base[1] + base[2] < 380;
-  const cv::Scalar ink =
-      dark ? randomColor(random, 190, 250) : randomColor(random, 5, 60);
+  const cv::Scalar ink = dark ? randomColor(random, 190, 250) : randomColor(random, 5, 60);
   canvas.setTo(base);
   const double height = std::clamp(canvas.rows / 11.0, 5.0, 30.0);
   for (double y = 1.5 * height; y < canvas.rows - 0.5 * height; y += 1.7 * height) {
     const int kind = random.uniform(0, 5);
     if (kind <= 2)
-      drawText(canvas, random, {int(0.4 * height), int(y)},
-               height * random.uniform(0.5, 1.0), ink);
+      drawText(canvas, random, {int(0.4 * height), int(y)}, height * random.uniform(0.5, 1.0), ink);
     else if (kind == 3)
-      cv::rectangle(canvas, {0, int(y - height)}, {canvas.cols, int(y)},
-                    vary(base, random, 60), cv::FILLED);
+      cv::rectangle(canvas, {0, int(y - height)}, {canvas.cols, int(y)}, vary(base, random, 60),
+                    cv::FILLED);
     else
       for (int i = 0; i < 6; ++i) {
         const cv::Point center(random.uniform(0, canvas.cols), int(y - 0.5 * height));
@@ -286,8 +274,7 @@ paintRug(cv::Mat canvas, cv::RNG& random)
   for (int y = 0; y < canvas.rows; y += step)
     for (int x = 0; x < canvas.cols; x += step) {
       const cv::Point center(x + step / 2, y + step / 2);
-      const cv::Scalar color =
-          vary((x / step + y / step) % 2 ? light : blue, random, 14);
+      const cv::Scalar color = vary((x / step + y / step) % 2 ? light : blue, random, 14);
       const int r = step * random.uniform(30, 46) / 100;
       cv::fillConvexPoly(canvas,
                          std::vector<cv::Point>{{center.x - r, center.y},
@@ -298,9 +285,8 @@ paintRug(cv::Mat canvas, cv::RNG& random)
       const double radius = r * random.uniform(0.25, 0.6);
       drawBlot(canvas, random, center, radius, vary(base, random, 30));
     }
-  cv::rectangle(canvas, {step / 4, step / 4},
-                {canvas.cols - step / 4, canvas.rows - step / 4}, light,
-                std::max(2, step / 8), cv::LINE_AA);
+  cv::rectangle(canvas, {step / 4, step / 4}, {canvas.cols - step / 4, canvas.rows - step / 4},
+                light, std::max(2, step / 8), cv::LINE_AA);
   addNoise(canvas, fractalNoise(canvas.size(), random, {12, 12}, 1.0), 11);
   cv::GaussianBlur(canvas, canvas, {}, 0.7);
 }

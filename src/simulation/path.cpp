@@ -26,8 +26,7 @@ double
 turnAt(double t)
 {
   const double cycle = 180, rounds = std::floor(t / cycle), within = t - rounds * cycle;
-  return pi * (2 * rounds + smoothStep((within - 55) / 12) +
-               smoothStep((within - 168) / 12));
+  return pi * (2 * rounds + smoothStep((within - 55) / 12) + smoothStep((within - 168) / 12));
 }
 
 /** world_from_camera rotation: z along the gaze, x to the right, then rolled about the
@@ -35,8 +34,8 @@ turnAt(double t)
 Eigen::Matrix3d
 lookAlong(double yaw, double pitch, double roll)
 {
-  const Eigen::Vector3d gaze(std::cos(yaw) * std::cos(pitch),
-                             std::sin(yaw) * std::cos(pitch), std::sin(pitch));
+  const Eigen::Vector3d gaze(std::cos(yaw) * std::cos(pitch), std::sin(yaw) * std::cos(pitch),
+                             std::sin(pitch));
   const Eigen::Vector3d right(std::sin(yaw), -std::cos(yaw), 0);
   Eigen::Matrix3d rotation;
   rotation << right, gaze.cross(right), gaze;
@@ -46,14 +45,12 @@ lookAlong(double yaw, double pitch, double roll)
 } // namespace
 
 HandHeldPath::HandHeldPath(std::uint64_t seed, double start_time, double movement)
-    : start_time_(start_time), movement_(movement)
+: start_time_(start_time), movement_(movement)
 {
   // The engine's own bits: distributions of the standard library differ between
   // compilers.
   std::mt19937_64 engine(seed ^ 0x9a7e5u);
-  const auto angle = [&engine] {
-    return 2 * pi * double(engine() >> 11) / 9007199254740992.0;
-  };
+  const auto angle = [&engine] { return 2 * pi * double(engine() >> 11) / 9007199254740992.0; };
   for (double& phase : phases_)
     phase = angle();
   start_angle_ = angle();
@@ -88,12 +85,12 @@ HandHeldPath::at(double time) const
                                0.75 + wave(10, 0.15, 5.3, t));
   const Eigen::Vector3d gaze = target - from;
   const double turn = turnAt(t), outwards = 0.5 - 0.5 * std::cos(turn);
-  const double yaw = std::atan2(gaze.y(), gaze.x()) + turn +
-                     outwards * wave(11, 0.25, 9.7, t) + wave(12, 0.006, 0.59, t);
+  const double yaw = std::atan2(gaze.y(), gaze.x()) + turn + outwards * wave(11, 0.25, 9.7, t) +
+                     wave(12, 0.006, 0.59, t);
   const double inward_pitch = std::atan2(gaze.z(), gaze.head<2>().norm());
   const double outward_pitch = -0.08 + wave(13, 0.38, 17.3, t);
-  const double pitch = (1 - outwards) * inward_pitch + outwards * outward_pitch +
-                       wave(14, 0.006, 0.67, t);
+  const double pitch =
+      (1 - outwards) * inward_pitch + outwards * outward_pitch + wave(14, 0.006, 0.67, t);
   Pose pose = Pose::Identity();
   pose.linear() = lookAlong(yaw, pitch, wave(15, 0.07, 6.1, t));
   pose.translation() = from;

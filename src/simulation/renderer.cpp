@@ -32,8 +32,7 @@ findEdges(const cv::Mat& face, int y, std::vector<int>& is_edge)
   for (const int v : {std::max(y - 1, 0), y, std::min(y + 1, face.rows - 1)}) {
     const int* other = face.ptr<int>(v);
     for (int x = 1; x < last; ++x)
-      is_edge[x] |=
-          (other[x - 1] ^ row[x]) | (other[x] ^ row[x]) | (other[x + 1] ^ row[x]);
+      is_edge[x] |= (other[x - 1] ^ row[x]) | (other[x] ^ row[x]) | (other[x + 1] ^ row[x]);
     is_edge[0] |= (other[0] ^ row[0]) | (other[1] ^ row[0]);
     is_edge[last] |= (other[last] ^ row[last]) | (other[last - 1] ^ row[last]);
   }
@@ -74,8 +73,7 @@ edgeColor(const View& view, int x, int y, const FaceSet& faces)
     const auto end = faces.face.begin() + faces.count;
     // A face that no neighbour's centre sees, the side of a thin box, goes into the
     // last part.
-    Part& part =
-        parts[std::find(faces.face.begin(), end, hit.face) - faces.face.begin()];
+    Part& part = parts[std::find(faces.face.begin(), end, hit.face) - faces.face.begin()];
     part = {part.rays + 1, u, v, hit};
   }
   Eigen::Array4f sum = Eigen::Array4f::Zero();
@@ -92,8 +90,7 @@ edgeColor(const View& view, int x, int y, const FaceSet& faces)
 } // namespace
 
 GeometryImage
-renderGeometry(const Scene& scene, const CameraIntrinsics& camera,
-               const Pose& world_from_camera)
+renderGeometry(const Scene& scene, const CameraIntrinsics& camera, const Pose& world_from_camera)
 {
   const View view(scene, camera, world_from_camera);
   GeometryImage image;
@@ -109,8 +106,8 @@ renderGeometry(const Scene& scene, const CameraIntrinsics& camera,
 }
 
 cv::Mat
-renderColor(const Scene& scene, const CameraIntrinsics& camera,
-            const Pose& world_from_camera, const GeometryImage& geometry)
+renderColor(const Scene& scene, const CameraIntrinsics& camera, const Pose& world_from_camera,
+            const GeometryImage& geometry)
 {
   const View view(scene, camera, world_from_camera);
   cv::Mat color(camera.height, camera.width, CV_8UC3);
@@ -128,8 +125,8 @@ renderColor(const Scene& scene, const CameraIntrinsics& camera,
 }
 
 cv::Mat
-renderNormals(const Scene& scene, const CameraIntrinsics& camera,
-              const Pose& world_from_camera, const GeometryImage& geometry)
+renderNormals(const Scene& scene, const CameraIntrinsics& camera, const Pose& world_from_camera,
+              const GeometryImage& geometry)
 {
   const View view(scene, camera, world_from_camera);
   cv::Mat normals(camera.height, camera.width, CV_32FC3);

@@ -20,19 +20,18 @@ struct GeometryImage {
 
 /** Casts one ray through the centre of every pixel. */
 GeometryImage
-renderGeometry(const Scene& scene, const CameraIntrinsics& camera,
-               const Pose& world_from_camera);
+renderGeometry(const Scene& scene, const CameraIntrinsics& camera, const Pose& world_from_camera);
 
 /** Colour (CV_8UC3, BGR) with a box filter over the pixel: filtered texture within a
  * face, several rays where faces meet. */
 cv::Mat
-renderColor(const Scene& scene, const CameraIntrinsics& camera,
-            const Pose& world_from_camera, const GeometryImage& geometry);
+renderColor(const Scene& scene, const CameraIntrinsics& camera, const Pose& world_from_camera,
+            const GeometryImage& geometry);
 
 /** Normals of the surface in the world frame, CV_32FC3. */
 cv::Mat
-renderNormals(const Scene& scene, const CameraIntrinsics& camera,
-              const Pose& world_from_camera, const GeometryImage& geometry);
+renderNormals(const Scene& scene, const CameraIntrinsics& camera, const Pose& world_from_camera,
+              const GeometryImage& geometry);
 
 } // namespace simulation
 } // namespace bundle_icp

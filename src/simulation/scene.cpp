@@ -17,13 +17,11 @@ const Eigen::Vector3d light_position(0.5, -0.6, 2.6);
 struct Side {
   int axis, sign, column_axis, column_sign, row_axis, row_sign;
 };
-constexpr Side box_sides[6] = {{0, 1, 1, 1, 2, -1},  {0, -1, 1, -1, 2, -1},
-                               {1, 1, 0, -1, 2, -1}, {1, -1, 0, 1, 2, -1},
-                               {2, 1, 0, 1, 1, -1},  {2, -1, 0, 1, 1, 1}};
+constexpr Side box_sides[6] = {{0, 1, 1, 1, 2, -1},  {0, -1, 1, -1, 2, -1}, {1, 1, 0, -1, 2, -1},
+                               {1, -1, 0, 1, 2, -1}, {2, 1, 0, 1, 1, -1},   {2, -1, 0, 1, 1, 1}};
 
 Hit
-intersectBox(const Primitive& box, const Eigen::Vector3d& origin,
-             const Eigen::Vector3d& direction)
+intersectBox(const Primitive& box, const Eigen::Vector3d& origin, const Eigen::Vector3d& direction)
 {
   double enter = -std::numeric_limits<double>::infinity(), leave = -enter;
   int enter_axis = 0, leave_axis = 0;
@@ -73,8 +71,7 @@ intersectCylinder(const Primitive& cylinder, const Eigen::Vector3d& origin,
 {
   const double radius = cylinder.half.x(), height = cylinder.half.z();
   if (std::abs(origin.z()) > height && direction.z() * origin.z() < 0) {
-    const double depth =
-        (std::copysign(height, origin.z()) - origin.z()) / direction.z();
+    const double depth = (std::copysign(height, origin.z()) - origin.z()) / direction.z();
     if ((origin + depth * direction).head<2>().squaredNorm() <= radius * radius)
       return {depth, origin.z() > 0 ? 1 : 2};
   }
@@ -82,8 +79,7 @@ intersectCylinder(const Primitive& cylinder, const Eigen::Vector3d& origin,
   if (length == 0)
     return {};
   const double closest = -origin.head<2>().dot(direction.head<2>()) / length;
-  const double room =
-      radius * radius - (origin + closest * direction).head<2>().squaredNorm();
+  const double room = radius * radius - (origin + closest * direction).head<2>().squaredNorm();
   if (room < 0)
     return {};
   const double depth = closest - std::sqrt(room / length);
@@ -94,17 +90,14 @@ intersectCylinder(const Primitive& cylinder, const Eigen::Vector3d& origin,
 
 /** Texel of a sphere's or a cylinder's point, and how it moves with the point. */
 void
-roundTexel(const Primitive& primitive, int side, const Face& face,
-           const Eigen::Vector3f& point, Eigen::Vector2f& texel,
-           Eigen::Matrix<float, 2, 3>& gradient)
+roundTexel(const Primitive& primitive, int side, const Face& face, const Eigen::Vector3f& point,
+           Eigen::Vector2f& texel, Eigen::Matrix<float, 2, 3>& gradient)
 {
   if (primitive.shape == Shape::CYLINDER) {
-    const float angle = std::atan2(point.y(), point.x()),
-                radius = float(primitive.half.x());
+    const float angle = std::atan2(point.y(), point.x()), radius = float(primitive.half.x());
     gradient << -point.y() / radius, point.x() / radius, 0, 0, 0, -1;
     gradient *= face.gradient(0, 0);
-    texel =
-        face.offset + face.gradient(0, 0) * Eigen::Vector2f(angle * radius, -point.z());
+    texel = face.offset + face.gradient(0, 0) * Eigen::Vector2f(angle * radius, -point.z());
     return;
   }
   // Central projection to the cube around the sphere: no poles.
@@ -155,8 +148,7 @@ surfaceNormal(const Primitive& primitive, int side, const Eigen::Vector3f& point
     return side == 0 ? Eigen::Vector3f(point.x(), point.y(), 0).normalized()
                      : Eigen::Vector3f(0, 0, side == 1 ? 1.f : -1.f);
   Eigen::Vector3f normal = Eigen::Vector3f::Zero();
-  normal[side / 2] =
-      (side % 2 ? -1.f : 1.f) * (primitive.shape == Shape::ROOM ? -1.f : 1.f);
+  normal[side / 2] = (side % 2 ? -1.f : 1.f) * (primitive.shape == Shape::ROOM ? -1.f : 1.f);
   return normal;
 }
 
@@ -170,35 +162,32 @@ Scene::distanceToSurface(const Eigen::Vector3d& point) const
 {
   double distance = std::numeric_limits<double>::infinity();
   for (const Primitive& primitive : primitives_)
-    distance = std::min(
-        distance, surfaceDistance(primitive, primitive.world_from_local.transpose() *
-                                                 (point - primitive.center)));
+    distance =
+        std::min(distance, surfaceDistance(primitive, primitive.world_from_local.transpose() *
+                                                          (point - primitive.center)));
   return distance;
 }
 
 Eigen::Array4f
-Scene::color(int face_index, const Eigen::Vector3f& point,
-             const Eigen::Vector3f& normal, const Eigen::Vector3f& dx,
-             const Eigen::Vector3f& dy) const
+Scene::color(int face_index, const Eigen::Vector3f& point, const Eigen::Vector3f& normal,
+             const Eigen::Vector3f& dx, const Eigen::Vector3f& dy) const
 {
   const Face& face = faces_[face_index];
   const Primitive& primitive = primitives_[face.primitive];
   const int side = face_index - primitive.first_face;
   Eigen::Vector2f texel;
   Eigen::Matrix<float, 2, 3> gradient = face.gradient;
-  if (primitive.shape == Shape::SPHERE ||
-      (primitive.shape == Shape::CYLINDER && side == 0))
+  if (primitive.shape == Shape::SPHERE || (primitive.shape == Shape::CYLINDER && side == 0))
     roundTexel(primitive, side, face, point, texel, gradient);
   else
     texel = face.gradient * point + face.offset;
-  const Eigen::Array4f albedo =
-      textures_[face.texture].sample(texel, gradient * dx, gradient * dy);
+  const Eigen::Array4f albedo = textures_[face.texture].sample(texel, gradient * dx, gradient * dy);
 
   const Eigen::Vector3f to_light = primitive.light - point;
   const float distance2 = to_light.squaredNorm();
   const float lambert = std::max(0.f, normal.dot(to_light) / std::sqrt(distance2));
-  const float light = 0.52f + 0.1f * normal.dot(primitive.up) +
-                      0.5f * lambert / (0.7f + 0.12f * distance2);
+  const float light =
+      0.52f + 0.1f * normal.dot(primitive.up) + 0.5f * lambert / (0.7f + 0.12f * distance2);
   return albedo * light;
 }
 
@@ -206,8 +195,7 @@ void
 Scene::addPrimitive(Primitive primitive)
 {
   const Eigen::Matrix3d local_from_world = primitive.world_from_local.transpose();
-  primitive.light =
-      (local_from_world * (light_position - primitive.center)).cast<float>();
+  primitive.light = (local_from_world * (light_position - primitive.center)).cast<float>();
   primitive.up = local_from_world.col(2).cast<float>();
   primitive.first_face = int(faces_.size()) - 6;
   primitives_.push_back(primitive);
@@ -236,8 +224,7 @@ Scene::addBox(Primitive box, const BoxLayout& layout, cv::Mat image)
     face.gradient.setZero();
     face.gradient(0, s.column_axis) =
         float(s.column_sign * rect.width / (2 * box.half[s.column_axis]));
-    face.gradient(1, s.row_axis) =
-        float(s.row_sign * rect.height / (2 * box.half[s.row_axis]));
+    face.gradient(1, s.row_axis) = float(s.row_sign * rect.height / (2 * box.half[s.row_axis]));
     face.offset = {float(rect.x) + 0.5f * float(rect.width) - 0.5f,
                    float(rect.y) + 0.5f * float(rect.height) - 0.5f};
     faces_.push_back(face);
@@ -261,10 +248,8 @@ Scene::addRoom(const Eigen::Vector3d& half, const std::array<cv::Mat, 6>& sides)
     // Seen from inside, the columns run the other way.
     face.gradient(0, s.column_axis) =
         float(-s.column_sign * sides[side].cols / (2 * half[s.column_axis]));
-    face.gradient(1, s.row_axis) =
-        float(s.row_sign * sides[side].rows / (2 * half[s.row_axis]));
-    face.offset = {0.5f * float(sides[side].cols) - 0.5f,
-                   0.5f * float(sides[side].rows) - 0.5f};
+    face.gradient(1, s.row_axis) = float(s.row_sign * sides[side].rows / (2 * half[s.row_axis]));
+    face.offset = {0.5f * float(sides[side].cols) - 0.5f, 0.5f * float(sides[side].rows) - 0.5f};
     faces_.push_back(face);
   }
   addPrimitive(room);

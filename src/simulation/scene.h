@@ -18,13 +18,10 @@ struct Primitive {
   Shape shape = Shape::BOX;
   Eigen::Matrix3d world_from_local = Eigen::Matrix3d::Identity();
   Eigen::Vector3d center = Eigen::Vector3d::Zero();
-  Eigen::Vector3d half =
-      Eigen::Vector3d::Zero(); ///< half extents of the bounding box [m]
-  int first_face = 0;          ///< of 6 (cylinder: side, top, bottom)
-  Eigen::Vector3f light =
-      Eigen::Vector3f::Zero(); ///< where it is, in the primitive's frame [m]
-  Eigen::Vector3f up =
-      Eigen::Vector3f::UnitZ(); ///< the world's z axis in the primitive's frame
+  Eigen::Vector3d half = Eigen::Vector3d::Zero();  ///< half extents of the bounding box [m]
+  int first_face = 0;                              ///< of 6 (cylinder: side, top, bottom)
+  Eigen::Vector3f light = Eigen::Vector3f::Zero(); ///< where it is, in the primitive's frame [m]
+  Eigen::Vector3f up = Eigen::Vector3f::UnitZ();   ///< the world's z axis in the primitive's frame
 };
 
 /** How a side of a primitive is textured. Planar sides: texel = gradient * point +

@@ -36,8 +36,7 @@ struct SyntheticScan::Impl {
   blurredColor(std::size_t id) const;
   /** How well each pixel reflects the light of a depth camera, 0 to 1. */
   cv::Mat
-  reflection(const cv::Mat& color, const Pose& pose,
-             const GeometryImage& geometry) const;
+  reflection(const cv::Mat& color, const Pose& pose, const GeometryImage& geometry) const;
 
   SyntheticScanOptions options;
   simulation::Scene scene;
@@ -48,10 +47,9 @@ struct SyntheticScan::Impl {
 };
 
 SyntheticScan::Impl::Impl(const SyntheticScanOptions& scan_options)
-    : options(scan_options), scene(scan_options.seed, scan_options.texture),
-      path(scan_options.seed, scan_options.start_time, scan_options.movement),
-      true_camera(scan_options.trueCamera()), camera(true_camera),
-      order(scan_options.num_frames)
+: options(scan_options), scene(scan_options.seed, scan_options.texture),
+  path(scan_options.seed, scan_options.start_time, scan_options.movement),
+  true_camera(scan_options.trueCamera()), camera(true_camera), order(scan_options.num_frames)
 {
   camera.fx = camera.fy = options.focal_length * (1 + options.focal_error);
   std::iota(order.begin(), order.end(), std::size_t(0));
@@ -72,8 +70,7 @@ SyntheticScan::Impl::sharpColor(std::size_t id, const Pose& motion) const
   for (int y = 0; y < options.height; y += band_height) {
     const cv::Range rows(y, std::min(y + band_height, options.height));
     // With the neighbours of its rows, by which edges are found
-    const cv::Range seen(std::max(rows.start - 1, 0),
-                         std::min(rows.end + 1, options.height));
+    const cv::Range seen(std::max(rows.start - 1, 0), std::min(rows.end + 1, options.height));
     CameraIntrinsics band = true_camera;
     band.height = seen.size();
     band.cy -= seen.start;
@@ -116,8 +113,7 @@ SyntheticScan::Impl::reflection(const cv::Mat& color, const Pose& pose,
           world_from_camera * true_camera.unproject(x, y, 1).cast<float>().normalized();
       const float cosine = -ray.dot(Eigen::Vector3f(n[0], n[1], n[2]));
       const float gray = float(bgr[0] + bgr[1] + bgr[2]) / 765;
-      result.at<float>(y, x) =
-          std::min(1.f, 2.5f * cosine) * std::min(1.f, 0.4f + 3 * gray);
+      result.at<float>(y, x) = std::min(1.f, 2.5f * cosine) * std::min(1.f, 0.4f + 3 * gray);
     }
   return result;
 }
@@ -179,8 +175,7 @@ SyntheticScan::read(std::size_t index) const
   else if (options.time_offset != 0 || options.readout != 0)
     frame.color = impl_->sharpColor(number);
   else // the same view
-    frame.color =
-        simulation::renderColor(impl_->scene, impl_->true_camera, depth_pose, geometry);
+    frame.color = simulation::renderColor(impl_->scene, impl_->true_camera, depth_pose, geometry);
   cv::Mat reflection;
   if (options.hole_fraction > 0)
     reflection = impl_->reflection(frame.color, depth_pose, geometry);
@@ -239,8 +234,8 @@ SyntheticScan::render(const Pose& world_from_camera) const
       simulation::renderGeometry(impl_->scene, impl_->true_camera, world_from_camera);
   RGBDFrame frame;
   frame.depth = geometry.depth;
-  frame.color = simulation::renderColor(impl_->scene, impl_->true_camera,
-                                        world_from_camera, geometry);
+  frame.color =
+      simulation::renderColor(impl_->scene, impl_->true_camera, world_from_camera, geometry);
   return frame;
 }
 
@@ -254,16 +249,13 @@ SyntheticScan::SurfaceCloud::Ptr
 SyntheticScan::visibleSurface(double spacing, int num_threads) const
 {
   if (!std::isfinite(spacing) || spacing < 0.001)
-    throw pcl::BadArgumentException("visible surface: spacing of " +
-                                    std::to_string(spacing) +
+    throw pcl::BadArgumentException("visible surface: spacing of " + std::to_string(spacing) +
                                     " m, expected at least 0.001 m");
-  const auto step =
-      std::size_t(std::max(1.0, std::round(0.1 * impl_->options.frame_rate)));
+  const auto step = std::size_t(std::max(1.0, std::round(0.1 * impl_->options.frame_rate)));
   std::vector<Pose> poses;
   for (std::size_t number = 0; number < size(); number += step)
     poses.push_back(impl_->path.at(impl_->timeOf(number)));
-  return simulation::visibleSurface(impl_->scene, impl_->true_camera, poses, spacing,
-                                    num_threads);
+  return simulation::visibleSurface(impl_->scene, impl_->true_camera, poses, spacing, num_threads);
 }
 
 } // namespace bundle_icp

@@ -93,8 +93,7 @@ writeFrames(const SyntheticScan& scan, const fs::path& folder, int threads,
       writeFrame(scan, folder, std::size_t(i));
       ++done;
       // Thread 0 is the one that made the call.
-      if (omp_get_thread_num() == 0 && progress &&
-          !progress({"frames", done, scan.size()}))
+      if (omp_get_thread_num() == 0 && progress && !progress({"frames", done, scan.size()}))
         stop = cancelled = true;
     }
     catch (...) {
@@ -109,8 +108,7 @@ writeFrames(const SyntheticScan& scan, const fs::path& folder, int threads,
 }
 
 void
-writeSurface(const SyntheticScan& scan, const fs::path& path, double spacing,
-             int threads)
+writeSurface(const SyntheticScan& scan, const fs::path& path, double spacing, int threads)
 {
   pcl::PolygonMesh surface;
   pcl::toPCLPointCloud2(*scan.visibleSurface(spacing, threads), surface.cloud);
@@ -144,11 +142,9 @@ prepareFolder(const fs::path& folder)
       throw pcl::IOException("'" + folder.string() + "' exists and is not a folder");
     const bool is_empty = fs::is_empty(folder, error);
     if (error)
-      throw pcl::IOException("cannot read folder '" + folder.string() +
-                             "': " + error.message());
+      throw pcl::IOException("cannot read folder '" + folder.string() + "': " + error.message());
     if (!is_empty)
-      throw pcl::IOException("folder '" + folder.string() +
-                             "' is not empty; nothing was written");
+      throw pcl::IOException("folder '" + folder.string() + "' is not empty; nothing was written");
   }
   for (const char* part : {"rgb", "depth"})
     if (!fs::create_directories(folder / part, error) && error)
@@ -160,22 +156,19 @@ prepareFolder(const fs::path& folder)
 
 void
 writeSyntheticScan(const SyntheticScan& scan, const std::string& folder,
-                   const SyntheticScanWriteOptions& options,
-                   const ProgressCallback& progress)
+                   const SyntheticScanWriteOptions& options, const ProgressCallback& progress)
 {
   std::string error;
   if (!options.isValid(&error))
     throw pcl::BadArgumentException("writing a synthetic scan: " + error);
   prepareFolder(folder);
-  const int threads =
-      options.num_threads > 0 ? options.num_threads : omp_get_max_threads();
+  const int threads = options.num_threads > 0 ? options.num_threads : omp_get_max_threads();
   if (!writeFrames(scan, folder, threads, progress))
     return;
   if (options.surface_spacing > 0) {
     if (progress && !progress({"surface", 0, 1}))
       return;
-    writeSurface(scan, fs::path(folder) / "surface.ply", options.surface_spacing,
-                 threads);
+    writeSurface(scan, fs::path(folder) / "surface.ply", options.surface_spacing, threads);
     if (progress && !progress({"surface", 1, 1}))
       return;
   }

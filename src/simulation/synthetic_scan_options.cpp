@@ -18,13 +18,12 @@ bool
 areWithin(const Bound (&bounds)[N], std::string* error)
 {
   for (const Bound& bound : bounds) {
-    if (std::isfinite(bound.value) && bound.value >= bound.least &&
-        bound.value <= bound.most)
+    if (std::isfinite(bound.value) && bound.value >= bound.least && bound.value <= bound.most)
       continue;
     if (error) {
       std::ostringstream message;
-      message << bound.name << " is " << bound.value << ", expected " << bound.least
-              << " to " << bound.most;
+      message << bound.name << " is " << bound.value << ", expected " << bound.least << " to "
+              << bound.most;
       *error = message.str();
     }
     return false;
@@ -70,8 +69,7 @@ SyntheticScanOptions::isValid(std::string* error) const
       {"time_offset [s]", time_offset, -1, 1},
       {"readout [s]", readout, -0.1, 0.1},
   };
-  return areWithin(bounds, error) && noise.isValid(error) &&
-         trueCamera().isValid(error);
+  return areWithin(bounds, error) && noise.isValid(error) && trueCamera().isValid(error);
 }
 
 CameraIntrinsics

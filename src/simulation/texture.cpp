@@ -19,8 +19,7 @@ Texture::Texture(const cv::Mat& image)
     cv::copyMakeBorder(current, padded, 0, current.rows % 2, 0, current.cols % 2,
                        cv::BORDER_REPLICATE);
     const auto* texels = padded.ptr<std::uint32_t>();
-    levels_.push_back(
-        {{texels, texels + padded.total()}, padded.cols, padded.rows, scale});
+    levels_.push_back({{texels, texels + padded.total()}, padded.cols, padded.rows, scale});
     if (std::min(padded.cols, padded.rows) < 4)
       break;
     cv::resize(padded, current, padded.size() / 2, 0, 0, cv::INTER_AREA);
@@ -30,15 +29,12 @@ Texture::Texture(const cv::Mat& image)
 Eigen::Array4f
 Texture::bilinear(const Level& level, const Eigen::Vector2f& uv)
 {
-  const float u =
-      std::clamp((uv.x() + 0.5f) * level.scale - 0.5f, 0.f, float(level.width - 1));
-  const float v =
-      std::clamp((uv.y() + 0.5f) * level.scale - 0.5f, 0.f, float(level.height - 1));
-  const int u0 = std::min(int(u), level.width - 2),
-            v0 = std::min(int(v), level.height - 2);
+  const float u = std::clamp((uv.x() + 0.5f) * level.scale - 0.5f, 0.f, float(level.width - 1));
+  const float v = std::clamp((uv.y() + 0.5f) * level.scale - 0.5f, 0.f, float(level.height - 1));
+  const int u0 = std::min(int(u), level.width - 2), v0 = std::min(int(v), level.height - 2);
   const float a = u - float(u0), b = v - float(v0);
-  const auto* top = reinterpret_cast<const uchar*>(
-      level.texels.data() + std::ptrdiff_t(v0) * level.width + u0);
+  const auto* top =
+      reinterpret_cast<const uchar*>(level.texels.data() + std::ptrdiff_t(v0) * level.width + u0);
   const uchar* bottom = top + 4 * std::ptrdiff_t(level.width);
   const auto color = [](const uchar* texel) {
     return cv::v_cvt_f32(cv::v_reinterpret_as_s32(cv::v_load_expand_q(texel)));
@@ -48,8 +44,7 @@ Texture::bilinear(const Level& level, const Eigen::Vector2f& uv)
   const cv::v_float32x4 lower =
       color(bottom) * cv::v_setall_f32(1 - a) + color(bottom + 4) * cv::v_setall_f32(a);
   Eigen::Array4f result;
-  cv::v_store(result.data(),
-              upper * cv::v_setall_f32(1 - b) + lower * cv::v_setall_f32(b));
+  cv::v_store(result.data(), upper * cv::v_setall_f32(1 - b) + lower * cv::v_setall_f32(b));
   return result;
 }
 
@@ -63,8 +58,7 @@ Texture::trilinear(const Eigen::Vector2f& uv, float lod) const
     return bilinear(levels_.back(), uv);
   const int fine = int(lod);
   const float weight = lod - float(fine);
-  return bilinear(levels_[fine], uv) * (1 - weight) +
-         bilinear(levels_[fine + 1], uv) * weight;
+  return bilinear(levels_[fine], uv) * (1 - weight) + bilinear(levels_[fine + 1], uv) * weight;
 }
 
 Eigen::Array4f
@@ -96,9 +90,8 @@ layoutBox(const Eigen::Vector3d& extent, double density)
   };
   const int x = texels(extent.x()), y = texels(extent.y()), z = texels(extent.z());
   BoxLayout layout;
-  layout.sides = {cv::Rect(0, 0, y, z), cv::Rect(y + x, 0, y, z),
-                  cv::Rect(y, 0, x, z), cv::Rect(2 * y + x, 0, x, z),
-                  cv::Rect(0, z, x, y), cv::Rect(x, z, x, y)};
+  layout.sides = {cv::Rect(0, 0, y, z),         cv::Rect(y + x, 0, y, z), cv::Rect(y, 0, x, z),
+                  cv::Rect(2 * y + x, 0, x, z), cv::Rect(0, z, x, y),     cv::Rect(x, z, x, y)};
   layout.size = {2 * (x + y), z + y};
   return layout;
 }

@@ -21,8 +21,7 @@ public:
    *  \param[in] uv centre [texel], outside is the colour of the border
    *  \param[in] dx, dy edges of the parallelogram [texel] */
   Eigen::Array4f
-  sample(const Eigen::Vector2f& uv, const Eigen::Vector2f& dx,
-         const Eigen::Vector2f& dy) const;
+  sample(const Eigen::Vector2f& uv, const Eigen::Vector2f& dx, const Eigen::Vector2f& dy) const;
 
 private:
   struct Level {

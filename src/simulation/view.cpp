@@ -24,13 +24,11 @@ update(Hit& nearest, const SeenPrimitive& seen, const Eigen::Vector3d& ray)
 
 } // namespace
 
-View::View(const Scene& scene, const CameraIntrinsics& camera,
-           const Pose& world_from_camera)
-    : scene_(scene), camera_(camera), inverse_focal_x_(1 / camera.fx),
-      inverse_focal_y_(1 / camera.fy),
-      seen_of_primitive_(scene.primitives().size(), -1),
-      tile_columns_((camera.width + tile_size - 1) / tile_size),
-      tile_rows_((camera.height + tile_size - 1) / tile_size)
+View::View(const Scene& scene, const CameraIntrinsics& camera, const Pose& world_from_camera)
+: scene_(scene), camera_(camera), inverse_focal_x_(1 / camera.fx), inverse_focal_y_(1 / camera.fy),
+  seen_of_primitive_(scene.primitives().size(), -1),
+  tile_columns_((camera.width + tile_size - 1) / tile_size),
+  tile_rows_((camera.height + tile_size - 1) / tile_size)
 {
   for (const Primitive& primitive : scene.primitives()) {
     const SeenPrimitive seen = see(primitive, world_from_camera);
@@ -59,10 +57,9 @@ View::see(const Primitive& primitive, const Pose& world_from_camera) const
   double farthest = 0;
   Eigen::AlignedBox2d bounds;
   for (int corner = 0; corner < 8; ++corner) {
-    const Eigen::Vector3d local(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1,
-                                corner & 4 ? 1 : -1);
-    const Eigen::Vector3d point = seen.local_from_camera.transpose() *
-                                  (local.cwiseProduct(primitive.half) - seen.origin);
+    const Eigen::Vector3d local(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
+    const Eigen::Vector3d point =
+        seen.local_from_camera.transpose() * (local.cwiseProduct(primitive.half) - seen.origin);
     seen.nearest = std::min(seen.nearest, point.z());
     farthest = std::max(farthest, point.z());
     if (point.z() > 0)
@@ -89,10 +86,9 @@ View::fillTiles()
     const auto tile = [](double pixel, int count) {
       return std::clamp(int(std::floor((pixel + 0.5) / tile_size)), 0, count - 1);
     };
-    for (int y = tile(bounds.y, tile_rows_);
-         y <= tile(bounds.y + bounds.height, tile_rows_); ++y)
-      for (int x = tile(bounds.x, tile_columns_);
-           x <= tile(bounds.x + bounds.width, tile_columns_); ++x)
+    for (int y = tile(bounds.y, tile_rows_); y <= tile(bounds.y + bounds.height, tile_rows_); ++y)
+      for (int x = tile(bounds.x, tile_columns_); x <= tile(bounds.x + bounds.width, tile_columns_);
+           ++x)
         tiles_[std::size_t(y) * tile_columns_ + x].push_back(std::uint16_t(i));
   }
 }
@@ -135,8 +131,7 @@ View::normal(double u, double v, const Hit& hit) const
   const Eigen::Vector3d point =
       seen.origin + hit.depth * (seen.local_from_camera * direction(u, v));
   return seen.primitive->world_from_local.cast<float>() *
-         surfaceNormal(*seen.primitive, hit.face - seen.primitive->first_face,
-                       point.cast<float>());
+         surfaceNormal(*seen.primitive, hit.face - seen.primitive->first_face, point.cast<float>());
 }
 
 Eigen::Array4f
@@ -152,8 +147,7 @@ View::shade(double u, double v, const Hit& hit, float pixel_size) const
   // The pixel's edges, moved along the ray into the tangential plane.
   const float cosine = std::min(normal.dot(ray), -0.02f * ray.norm());
   const auto edge = [&](int column, double inverse_focal) -> Eigen::Vector3f {
-    const Eigen::Vector3f step =
-        rotation.col(column) * (depth * pixel_size * float(inverse_focal));
+    const Eigen::Vector3f step = rotation.col(column) * (depth * pixel_size * float(inverse_focal));
     return step - ray * (normal.dot(step) / cosine);
   };
   return scene_.color(hit.face, point, normal, edge(0, inverse_focal_x_),

@@ -35,8 +35,7 @@ struct FaceSet {
  * and camera, which must outlive it. */
 class View {
 public:
-  View(const Scene& scene, const CameraIntrinsics& camera,
-       const Pose& world_from_camera);
+  View(const Scene& scene, const CameraIntrinsics& camera, const Pose& world_from_camera);
 
   /** First surface along the ray through the centre of a pixel. */
   Hit
@@ -58,8 +57,7 @@ private:
   Eigen::Vector3d
   direction(double u, double v) const
   {
-    return {(u - camera_.cx) * inverse_focal_x_, (v - camera_.cy) * inverse_focal_y_,
-            1};
+    return {(u - camera_.cx) * inverse_focal_x_, (v - camera_.cy) * inverse_focal_y_, 1};
   }
 
   const SeenPrimitive&

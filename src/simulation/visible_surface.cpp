@@ -29,8 +29,7 @@ voxelOf(const Eigen::Vector3d& point, double spacing)
 
 /** Points of one view, one a voxel. */
 Cloud
-seenFrom(const Scene& scene, const CameraIntrinsics& camera, const Pose& pose,
-         double spacing)
+seenFrom(const Scene& scene, const CameraIntrinsics& camera, const Pose& pose, double spacing)
 {
   const GeometryImage geometry = renderGeometry(scene, camera, pose);
   const cv::Mat normals = renderNormals(scene, camera, pose, geometry);
@@ -38,14 +37,12 @@ seenFrom(const Scene& scene, const CameraIntrinsics& camera, const Pose& pose,
   Voxels voxels;
   for (int y = 0; y < camera.height; ++y)
     for (int x = 0; x < camera.width; ++x) {
-      const Eigen::Vector3d point =
-          pose * camera.unproject(x, y, geometry.depth.at<float>(y, x));
+      const Eigen::Vector3d point = pose * camera.unproject(x, y, geometry.depth.at<float>(y, x));
       if (!voxels.insert(voxelOf(point, spacing)).second)
         continue;
       const cv::Vec3f& normal = normals.at<cv::Vec3f>(y, x);
-      cloud.push_back(pcl::PointNormal(float(point.x()), float(point.y()),
-                                       float(point.z()), normal[0], normal[1],
-                                       normal[2]));
+      cloud.push_back(pcl::PointNormal(float(point.x()), float(point.y()), float(point.z()),
+                                       normal[0], normal[1], normal[2]));
     }
   return cloud;
 }
@@ -53,8 +50,8 @@ seenFrom(const Scene& scene, const CameraIntrinsics& camera, const Pose& pose,
 } // namespace
 
 Cloud::Ptr
-visibleSurface(const Scene& scene, const CameraIntrinsics& camera,
-               const std::vector<Pose>& poses, double spacing, int num_threads)
+visibleSurface(const Scene& scene, const CameraIntrinsics& camera, const std::vector<Pose>& poses,
+               double spacing, int num_threads)
 {
   auto surface = pcl::make_shared<Cloud>();
   Voxels voxels;

@@ -18,8 +18,8 @@ namespace simulation {
  * voxel of edge `spacing` [m], in the order of poses, with normals towards free space.
  */
 pcl::PointCloud<pcl::PointNormal>::Ptr
-visibleSurface(const Scene& scene, const CameraIntrinsics& camera,
-               const std::vector<Pose>& poses, double spacing, int num_threads);
+visibleSurface(const Scene& scene, const CameraIntrinsics& camera, const std::vector<Pose>& poses,
+               double spacing, int num_threads);
 
 } // namespace simulation
 } // namespace bundle_icp

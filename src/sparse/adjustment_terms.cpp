@@ -20,18 +20,14 @@ namespace {
 std::array<const double*, 4>
 parameterBlocks(const AdjustedObservation& o, const AdjustmentState& state)
 {
-  return {state.poses[std::size_t(o.image)].values,
-          state.points[std::size_t(o.point)].data(),
-          state.calibration.data(),
-          state.depth_errors[std::size_t(o.image)].data()};
+  return {state.poses[std::size_t(o.image)].values, state.points[std::size_t(o.point)].data(),
+          state.calibration.data(), state.depth_errors[std::size_t(o.image)].data()};
 }
 
 } // namespace
 
-AdjustmentTerms::AdjustmentTerms(const ImageGraph& graph,
-                                 const BundleAdjustmentProblem& problem,
-                                 const BundleAdjustmentOptions& options,
-                                 const SparseModel& model)
+AdjustmentTerms::AdjustmentTerms(const ImageGraph& graph, const BundleAdjustmentProblem& problem,
+                                 const BundleAdjustmentOptions& options, const SparseModel& model)
 : graph_(graph), options_(options)
 {
   addImages(problem, model);
@@ -42,9 +38,9 @@ AdjustmentTerms::AdjustmentTerms(const ImageGraph& graph,
   for (const RelativePoseTerm& term : problem.relative_poses) {
     const auto first = index.find(term.first), second = index.find(term.second);
     if (first != index.end() && second != index.end() && term.first != term.second)
-      pairs.push_back({first->second,
-                       second->second,
-                       std::make_unique<RelativePoseResidual>(term.first_from_second, term.information)});
+      pairs.push_back(
+          {first->second, second->second,
+           std::make_unique<RelativePoseResidual>(term.first_from_second, term.information)});
   }
   for (const CalibrationParameter parameter : problem.calibrated)
     calibrated.push_back(int(parameter));
@@ -96,12 +92,11 @@ AdjustmentTerms::addObservations(const BundleAdjustmentProblem& problem, const S
       continue;
     first_observation.push_back(observations.size());
     for (const Observation& o : track)
-      observations.push_back({index[o.image],
-                              int(points.size()),
-                              {images[std::size_t(index[o.image])].measurement,
-                               graph_.features(o.image),
-                               o.feature,
-                               options_.use_depth ? &graph_.camera().depth_noise : nullptr}});
+      observations.push_back(
+          {index[o.image],
+           int(points.size()),
+           {images[std::size_t(index[o.image])].measurement, graph_.features(o.image), o.feature,
+            options_.use_depth ? &graph_.camera().depth_noise : nullptr}});
     points.push_back(p);
   }
   first_observation.push_back(observations.size());
@@ -168,8 +163,8 @@ AdjustmentTerms::cost(const AdjustmentState& state, int num_threads) const
 ObservationRows
 AdjustmentTerms::linearise(const AdjustedObservation& o, const AdjustmentState& state) const
 {
-  ObservationRows rows = o.residuals.linearise(
-      parameterBlocks(o, state).data(), options_.loss_scale, !calibrated.empty());
+  ObservationRows rows = o.residuals.linearise(parameterBlocks(o, state).data(),
+                                               options_.loss_scale, !calibrated.empty());
   const AdjustedImage& image = images[std::size_t(o.image)];
   if (!image.pose_moves)
     rows.by_image.leftCols<6>().setZero();

@@ -47,10 +47,8 @@ struct AdjustedPair {
 class AdjustmentTerms {
 public:
   /** \throws pcl::BadArgumentException for images that are not registered. */
-  AdjustmentTerms(const ImageGraph& graph,
-                  const BundleAdjustmentProblem& problem,
-                  const BundleAdjustmentOptions& options,
-                  const SparseModel& model);
+  AdjustmentTerms(const ImageGraph& graph, const BundleAdjustmentProblem& problem,
+                  const BundleAdjustmentOptions& options, const SparseModel& model);
 
   AdjustmentState
   initialState(const SparseModel& model) const;
@@ -90,13 +88,13 @@ public:
     return options_.depth_error_deviation;
   }
 
-  std::vector<AdjustedImage> images;            ///< those that move first
-  std::size_t num_moving = 0;                   ///< images with any unknown
-  std::vector<std::size_t> points;              ///< of the model
+  std::vector<AdjustedImage> images;             ///< those that move first
+  std::size_t num_moving = 0;                    ///< images with any unknown
+  std::vector<std::size_t> points;               ///< of the model
   std::vector<AdjustedObservation> observations; ///< by point
-  std::vector<std::size_t> first_observation;   ///< of each point, and one past the last
+  std::vector<std::size_t> first_observation;    ///< of each point, and one past the last
   std::vector<AdjustedPair> pairs;
-  std::vector<int> calibrated;                  ///< parameters that move, ascending
+  std::vector<int> calibrated; ///< parameters that move, ascending
 
 private:
   static constexpr std::size_t CHUNK = 128;

@@ -55,7 +55,8 @@ minimumDegree(const BlockStructure& matrix)
   return positions;
 }
 
-/** Blocks of the factor: those of the matrix, and what each column passes on to the next that it meets. */
+/** Blocks of the factor: those of the matrix, and what each column passes on to the next that it
+ *  meets. */
 BlockStructure
 fillIn(const BlockStructure& matrix, const std::vector<int>& positions)
 {
@@ -103,10 +104,8 @@ subtractProducts(const double* b, const double* const* a, double* const* blocks,
 
 template <int SIZE>
 BlockCholesky<SIZE>::BlockCholesky(const BlockStructure& matrix)
-: position_(minimumDegree(matrix))
-, structure_(fillIn(matrix, position_))
-, left_of_(matrix.numColumns())
-, blocks_(structure_.rows.size())
+: position_(minimumDegree(matrix)), structure_(fillIn(matrix, position_)),
+  left_of_(matrix.numColumns()), blocks_(structure_.rows.size())
 {
   for (std::size_t c = 0; c < matrix.numColumns(); ++c)
     for (std::size_t k = matrix.first[c]; k < matrix.first[c + 1]; ++k) {
@@ -156,7 +155,8 @@ BlockCholesky<SIZE>::factoriseColumn(std::size_t column, std::vector<double*>& b
       factors.push_back(blocks_[k].data());
       targets.push_back(block_of[std::size_t(structure_.rows[k])]);
     }
-    subtractProducts<SIZE, SIZE>(blocks_[first].data(), factors.data(), targets.data(), factors.size());
+    subtractProducts<SIZE, SIZE>(blocks_[first].data(), factors.data(), targets.data(),
+                                 factors.size());
   }
   using Square = Eigen::Matrix<double, SIZE, SIZE>;
   const Eigen::LLT<Square> root(blocks_[begin].template topRows<SIZE>());
@@ -188,7 +188,8 @@ BlockCholesky<SIZE>::solve(const Eigen::MatrixXd& right) const
     const std::size_t diagonal = structure_.first[c];
     for (std::size_t k = diagonal + 1; k < structure_.first[c + 1]; ++k)
       at(Eigen::Index(c)) -= block(k).transpose().lazyProduct(at(structure_.rows[k]));
-    block(diagonal).transpose().template triangularView<Eigen::Upper>().solveInPlace(at(Eigen::Index(c)));
+    block(diagonal).transpose().template triangularView<Eigen::Upper>().solveInPlace(
+        at(Eigen::Index(c)));
   }
   Eigen::MatrixXd result(right.rows(), right.cols());
   for (std::size_t c = 0; c < position_.size(); ++c)
@@ -196,8 +197,10 @@ BlockCholesky<SIZE>::solve(const Eigen::MatrixXd& right) const
   return result;
 }
 
-template void subtractProducts<6, 3>(const double*, const double* const*, double* const*, std::size_t);
-template void subtractProducts<9, 3>(const double*, const double* const*, double* const*, std::size_t);
+template void
+subtractProducts<6, 3>(const double*, const double* const*, double* const*, std::size_t);
+template void
+subtractProducts<9, 3>(const double*, const double* const*, double* const*, std::size_t);
 template class BlockCholesky<6>;
 template class BlockCholesky<9>;
 

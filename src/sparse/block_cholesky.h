@@ -30,19 +30,20 @@ struct BlockStructure {
   }
 };
 
-/** A block of SIZE x SIZE numbers, in columns of whole vectors of four: the last rows are unused. */
+/** A block of SIZE x SIZE numbers, in columns of whole vectors of four: the last rows are unused.
+ *  */
 template <int SIZE>
 using PaddedBlock = Eigen::Matrix<double, (SIZE + 3) / 4 * 4, SIZE>;
 
-/** *blocks[k] -= a[k] b' for count blocks; a[k] and b are padded as blocks are and have INNER columns,
- *  3 or SIZE. */
+/** *blocks[k] -= a[k] b' for count blocks; a[k] and b are padded as blocks are and have INNER
+ *  columns, 3 or SIZE. */
 template <int SIZE, int INNER>
 void
 subtractProducts(const double* b, const double* const* a, double* const* blocks, std::size_t count);
 
 /** Cholesky factorisation L L' of a sparse positive definite matrix of blocks, ordered for few
- *  blocks by minimum degree. The order and the blocks of L are found once for many matrices of the same
- *  structure.
+ *  blocks by minimum degree. The order and the blocks of L are found once for many matrices of the
+ *  same structure.
  *  \tparam SIZE of a block: 6 or 9 */
 template <int SIZE>
 class BlockCholesky {
@@ -73,8 +74,9 @@ private:
   std::vector<int> position_; ///< in L, of a block column of the matrix
   std::vector<Target> targets_;
   BlockStructure structure_;
-  std::vector<std::vector<std::pair<std::size_t, std::size_t>>> left_of_; ///< of each row: blocks before the
-                                                                          ///< diagonal, and their columns' ends
+  std::vector<std::vector<std::pair<std::size_t, std::size_t>>>
+      left_of_;               ///< of each row: blocks before the
+                              ///< diagonal, and their columns' ends
   std::vector<Block> blocks_; ///< of L
 };
 

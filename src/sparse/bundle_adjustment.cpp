@@ -24,19 +24,17 @@ constexpr double COVARIANCE_DAMPING = 1e-9;
 ceres::NormalPrior
 zeroPrior(const Eigen::VectorXd& deviations)
 {
-  return {deviations.cwiseInverse().asDiagonal().toDenseMatrix(), Eigen::VectorXd::Zero(deviations.size())};
+  return {deviations.cwiseInverse().asDiagonal().toDenseMatrix(),
+          Eigen::VectorXd::Zero(deviations.size())};
 }
 
 /** The terms as Ceres takes them. Its solution moves `state` in place. */
 class CeresProblem {
 public:
   CeresProblem(const AdjustmentTerms& terms, double loss_scale, AdjustmentState& state)
-  : terms_(terms)
-  , state_(state)
-  , loss_(loss_scale)
-  , depth_error_prior_(zeroPrior(Eigen::Vector3d::Constant(terms.depthErrorDeviation())))
-  , calibration_prior_(zeroPrior(calibrationPrior()))
-  , problem_(options())
+  : terms_(terms), state_(state), loss_(loss_scale),
+    depth_error_prior_(zeroPrior(Eigen::Vector3d::Constant(terms.depthErrorDeviation()))),
+    calibration_prior_(zeroPrior(calibrationPrior())), problem_(options())
   {
     addResiduals();
     addImages();
@@ -84,11 +82,11 @@ CeresProblem::addResiduals()
     double* const depth_error = state_.depth_errors[std::size_t(o.image)].data();
     problem_.AddResidualBlock(o.residuals.pixel.get(), &loss_, pose, point, calibration);
     if (o.residuals.depth)
-      problem_.AddResidualBlock(o.residuals.depth.get(), &loss_, pose, point, calibration, depth_error);
+      problem_.AddResidualBlock(o.residuals.depth.get(), &loss_, pose, point, calibration,
+                                depth_error);
   }
   for (const AdjustedPair& pair : terms_.pairs)
-    problem_.AddResidualBlock(pair.residual.get(),
-                              nullptr,
+    problem_.AddResidualBlock(pair.residual.get(), nullptr,
                               state_.poses[std::size_t(pair.first)].values,
                               state_.poses[std::size_t(pair.second)].values);
 }
@@ -137,8 +135,8 @@ CeresProblem::solve(const BundleAdjustmentOptions& options)
       terms_.num_moving <= MAX_DENSE ? ceres::DENSE_SCHUR : ceres::SPARSE_SCHUR;
   solver.dense_linear_algebra_library_type = ceres::EIGEN;
   solver.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;
-  // Points are eliminated first. Ceres orders the blocks of a group by their addresses, which repeat
-  // themselves within an array only: each is a group.
+  // Points are eliminated first. Ceres orders the blocks of a group by their addresses, which
+  // repeat themselves within an array only: each is a group.
   ceres::ParameterBlockOrdering ordering;
   for (Eigen::Vector3d& point : state_.points)
     ordering.AddElementToGroup(point.data(), 0);
@@ -154,17 +152,14 @@ CeresProblem::solve(const BundleAdjustmentOptions& options)
   solver.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
   ceres::Solve(solver, &problem_, &summary);
-  return {summary.IsSolutionUsable(),
-          int(summary.iterations.size()) - 1,
-          summary.initial_cost,
+  return {summary.IsSolutionUsable(), int(summary.iterations.size()) - 1, summary.initial_cost,
           summary.final_cost};
 }
 
 /** The library's own solver. */
 template <int SIZE>
 LeastSquaresResult
-solveBySchur(const AdjustmentTerms& terms,
-             const BundleAdjustmentOptions& options,
+solveBySchur(const AdjustmentTerms& terms, const BundleAdjustmentOptions& options,
              AdjustmentState& state)
 {
   ReducedSystem<SIZE> system(terms, options.num_threads);
@@ -206,12 +201,12 @@ checkOptions(const BundleAdjustmentOptions& options, const char* function)
 bool
 BundleAdjustmentOptions::isValid(std::string* error) const
 {
-  const char* reason = max_iterations < 1          ? "max_iterations must be >= 1"
-                       : !(loss_scale > 0)         ? "loss_scale must be > 0"
-                       : !(function_tolerance > 0) ? "function_tolerance must be > 0"
-                                                   : !(depth_error_deviation > 0) ? "depth_error_deviation must be > 0"
-                                                   : num_threads < 0 ? "num_threads must be >= 0"
-                                                   : nullptr;
+  const char* reason = max_iterations < 1             ? "max_iterations must be >= 1"
+                       : !(loss_scale > 0)            ? "loss_scale must be > 0"
+                       : !(function_tolerance > 0)    ? "function_tolerance must be > 0"
+                       : !(depth_error_deviation > 0) ? "depth_error_deviation must be > 0"
+                       : num_threads < 0              ? "num_threads must be >= 0"
+                                                      : nullptr;
   if (reason && error)
     *error = reason;
   return !reason;
@@ -230,10 +225,8 @@ calibrationPrior()
 }
 
 CalibrationVector
-calibrationDeviations(const ImageGraph& graph,
-                      const BundleAdjustmentProblem& problem,
-                      const BundleAdjustmentOptions& options,
-                      const SparseModel& model)
+calibrationDeviations(const ImageGraph& graph, const BundleAdjustmentProblem& problem,
+                      const BundleAdjustmentOptions& options, const SparseModel& model)
 {
   checkOptions(options, "calibrationDeviations");
   if (problem.calibrated.empty())
@@ -241,8 +234,8 @@ calibrationDeviations(const ImageGraph& graph,
   const AdjustmentTerms terms(graph, problem, options, model);
   const AdjustmentState state = terms.initialState(model);
   const Eigen::MatrixXd covariance =
-      (problem.depth_errors ? calibrationCovariance<9> : calibrationCovariance<6>)(
-          terms, state, options.num_threads);
+      (problem.depth_errors ? calibrationCovariance<9>
+                            : calibrationCovariance<6>)(terms, state, options.num_threads);
   CalibrationVector result = CalibrationVector::Zero();
   for (std::size_t k = 0; k < terms.calibrated.size(); ++k)
     result[terms.calibrated[k]] =
@@ -251,10 +244,8 @@ calibrationDeviations(const ImageGraph& graph,
 }
 
 BundleAdjustmentResult
-adjustBundle(const ImageGraph& graph,
-             const BundleAdjustmentProblem& problem,
-             const BundleAdjustmentOptions& options,
-             SparseModel& model)
+adjustBundle(const ImageGraph& graph, const BundleAdjustmentProblem& problem,
+             const BundleAdjustmentOptions& options, SparseModel& model)
 {
   checkOptions(options, "adjustBundle");
   const AdjustmentTerms terms(graph, problem, options, model);
@@ -262,25 +253,17 @@ adjustBundle(const ImageGraph& graph,
   const LeastSquaresResult solved = solve(terms, options, state);
   if (solved.success)
     terms.writeBack(state, model);
-  PCL_DEBUG("[bundle_icp::adjustBundle] %zu images, %zu observations: cost %g to %g in %d iterations\n",
-            terms.images.size(),
-            terms.observations.size(),
-            solved.initial_cost,
-            solved.final_cost,
-            solved.iterations);
-  return {solved.success,
-          solved.iterations,
-          terms.numResiduals(),
-          solved.initial_cost,
+  PCL_DEBUG(
+      "[bundle_icp::adjustBundle] %zu images, %zu observations: cost %g to %g in %d iterations\n",
+      terms.images.size(), terms.observations.size(), solved.initial_cost, solved.final_cost,
+      solved.iterations);
+  return {solved.success, solved.iterations, terms.numResiduals(), solved.initial_cost,
           solved.final_cost};
 }
 
 BundleAdjustmentResult
-adjustLocally(const ImageGraph& graph,
-              const std::vector<std::size_t>& images,
-              std::size_t num_held,
-              const BundleAdjustmentOptions& options,
-              SparseModel& model)
+adjustLocally(const ImageGraph& graph, const std::vector<std::size_t>& images, std::size_t num_held,
+              const BundleAdjustmentOptions& options, SparseModel& model)
 {
   std::map<std::size_t, std::size_t> shared; // image: points shared with `images`
   for (const std::size_t image : images)

@@ -57,11 +57,13 @@ ComponentAdjuster::findMotions(SparseModel& model, int component) const
   SparseModel placed = model;
   std::vector<std::size_t> others;
   for (std::size_t i = 0; i < graph_.size(); ++i)
-    if (!model.isRegistered(i) && model.visibility(graph_, i, component) > 0 && graph_.exclusion(i).empty())
+    if (!model.isRegistered(i) && model.visibility(graph_, i, component) > 0 &&
+        graph_.exclusion(i).empty())
       others.push_back(i);
   std::vector<FrameRegistration> slots(others.size());
   parallelFor(others.size(), options_.num_threads, {}, [&](std::size_t k) {
-    slots[k] = registrar_.registerVisually(model, registrar_.newFrame(model, others[k], component, 1));
+    slots[k] =
+        registrar_.registerVisually(model, registrar_.newFrame(model, others[k], component, 1));
   });
   for (std::size_t k = 0; k < others.size(); ++k)
     if (slots[k].report.registered)
@@ -137,7 +139,8 @@ ComponentAdjuster::adjust(SparseModel& model, int component, int max_iterations,
       dense_terms_ = denseTerms(model, problem.variable);
     // Another round with the dense terms follows: this one need not settle.
     const bool is_last = round + 1 == rounds;
-    options.max_iterations = is_last ? max_iterations : std::min(max_iterations, INTERMEDIATE_ITERATIONS);
+    options.max_iterations =
+        is_last ? max_iterations : std::min(max_iterations, INTERMEDIATE_ITERATIONS);
     problem.relative_poses = dense_terms_;
     adjustBundle(graph_, problem, options, model);
     model.removeOutliers(graph_, options_.tracks);
@@ -152,8 +155,7 @@ ComponentAdjuster::adjust(SparseModel& model, int component, int max_iterations,
 /** Each image was registered on its own, and the errors of neighbours in time are independent;
  *  the motion between them is not. */
 void
-ComponentAdjuster::applyMotionPrior(SparseModel& model,
-                                    int component,
+ComponentAdjuster::applyMotionPrior(SparseModel& model, int component,
                                     const std::vector<std::optional<Matrix6d>>& covariances) const
 {
   if (!options_.motion_prior || !options_.ordered_in_time)
@@ -164,13 +166,11 @@ ComponentAdjuster::applyMotionPrior(SparseModel& model,
   std::vector<PoseMeasurement> measurements(images.size());
   parallelFor(images.size(), options_.num_threads, {}, [&](std::size_t k) {
     const std::optional<Matrix6d>& covariance = covariances[images[k]];
-    measurements[k] = {graph_.timestamp(images[k]),
-                       model.worldFromCamera(images[k]),
+    measurements[k] = {graph_.timestamp(images[k]), model.worldFromCamera(images[k]),
                        covariance ? *covariance
                                   : registrar_.poseCovariance(model, images[k], dense_terms_)};
   });
-  const std::vector<Pose> poses =
-      smoothTrajectory(measurements, estimateMotionPrior(measurements));
+  const std::vector<Pose> poses = smoothTrajectory(measurements, estimateMotionPrior(measurements));
   for (std::size_t k = 0; k < images.size(); ++k)
     model.setWorldFromCamera(images[k], poses[k]);
 }

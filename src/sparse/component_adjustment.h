@@ -9,18 +9,17 @@
 
 namespace bundle_icp {
 
-/** What is done to a component as a whole: self-calibration, global adjustment with all evidence, and
- *  the motion prior. */
+/** What is done to a component as a whole: self-calibration, global adjustment with all evidence,
+ *  and the motion prior. */
 class ComponentAdjuster {
 public:
   /** Iterations of the adjustments in between: the model will change again. */
   static constexpr int INTERMEDIATE_ITERATIONS = 3;
 
-  ComponentAdjuster(const ImageGraph& graph, FrameRegistrar& registrar, const MapperOptions& options)
-  : graph_(graph)
-  , registrar_(registrar)
-  , options_(options)
-  , num_dense_neighbours_(options.num_dense_neighbours)
+  ComponentAdjuster(const ImageGraph& graph, FrameRegistrar& registrar,
+                    const MapperOptions& options)
+  : graph_(graph), registrar_(registrar), options_(options),
+    num_dense_neighbours_(options.num_dense_neighbours)
   {
   }
 
@@ -28,8 +27,8 @@ public:
   void
   adjustInBetween(SparseModel& model, int component);
 
-  /** Self-calibration, in the first component that is large enough for it. Tells the registrar what it
-   *  found about depth errors. */
+  /** Self-calibration, in the first component that is large enough for it. Tells the registrar what
+   *  it found about depth errors. */
   void
   calibrate(SparseModel& model, int component);
 
@@ -37,12 +36,12 @@ public:
   void
   adjustFinally(SparseModel& model, int component);
 
-  /** Moves the images of a component to their most likely poses, given how smoothly the camera moves.
+  /** Moves the images of a component to their most likely poses, given how smoothly the camera
+   *  moves.
    *  \param covariances by image, of poses that were found on their own; unset for those that
    *  were adjusted with the others */
   void
-  applyMotionPrior(SparseModel& model,
-                   int component,
+  applyMotionPrior(SparseModel& model, int component,
                    const std::vector<std::optional<Matrix6d>>& covariances) const;
 
   /** Which corrections were tested, and which applied. */

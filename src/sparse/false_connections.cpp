@@ -39,15 +39,10 @@ struct Link {
 /** The key images of a component with the edges between them. */
 class Connections {
 public:
-  Connections(const ImageGraph& graph,
-              int component,
-              const TrackOptions& options,
-              int num_threads,
+  Connections(const ImageGraph& graph, int component, const TrackOptions& options, int num_threads,
               SparseModel& model)
-  : graph_(graph)
-  , max_squared_sigmas_(options.max_sigmas * options.max_sigmas)
-  , num_threads_(num_threads)
-  , model_(model)
+  : graph_(graph), max_squared_sigmas_(options.max_sigmas * options.max_sigmas),
+    num_threads_(num_threads), model_(model)
   {
     std::map<std::size_t, std::size_t> number;
     for (const std::size_t image : model.registeredImages(component))
@@ -84,11 +79,9 @@ public:
   }
 
 private:
-  using Graph = boost::adjacency_list<boost::vecS,
-                                      boost::vecS,
-                                      boost::undirectedS,
-                                      boost::no_property,
-                                      boost::property<boost::edge_weight_t, double>>;
+  using Graph =
+      boost::adjacency_list<boost::vecS, boost::vecS, boost::undirectedS, boost::no_property,
+                            boost::property<boost::edge_weight_t, double>>;
 
   std::vector<Link*>
   spanningTree();
@@ -99,8 +92,7 @@ private:
   std::vector<Matches>
   agreeingMatches(const std::vector<Link*>& links, const Pose& second_moved_by) const;
   std::size_t
-  numPoints(const std::vector<Link*>& links,
-            const std::vector<Matches>& matches,
+  numPoints(const std::vector<Link*>& links, const std::vector<Matches>& matches,
             const std::vector<char>& is_second) const;
   bool
   moveAcross(const Link& link);
@@ -123,8 +115,7 @@ Connections::spanningTree()
   std::map<Graph::edge_descriptor, Link*> link_of;
   for (Link& link : links_)
     if (!link.is_refuted)
-      link_of[boost::add_edge(
-                  link.first, link.second, -double(link.pair->matches.size()), weighted)
+      link_of[boost::add_edge(link.first, link.second, -double(link.pair->matches.size()), weighted)
                   .first] = &link;
   std::vector<Graph::edge_descriptor> edges;
   boost::kruskal_minimum_spanning_tree(weighted, std::back_inserter(edges));
@@ -138,8 +129,8 @@ Link*
 Connections::strongestContradiction()
 {
   tree_ = spanningTree(); // Kruskal's algorithm takes the strongest edges first
-  const auto found = std::find_if(
-      tree_.begin(), tree_.end(), [](const Link* link) { return link->isContradicted(); });
+  const auto found = std::find_if(tree_.begin(), tree_.end(),
+                                  [](const Link* link) { return link->isContradicted(); });
   return found == tree_.end() ? nullptr : *found;
 }
 
@@ -185,8 +176,7 @@ Connections::agreeingMatches(const std::vector<Link*>& links, const Pose& second
 /** Number of points of the scene that the matches show, however many images show them: by tracks,
  *  in the images of that side which has fewer. */
 std::size_t
-Connections::numPoints(const std::vector<Link*>& links,
-                       const std::vector<Matches>& matches,
+Connections::numPoints(const std::vector<Link*>& links, const std::vector<Matches>& matches,
                        const std::vector<char>& is_second) const
 {
   std::set<std::pair<int, int>> points[2];
@@ -231,8 +221,7 @@ Connections::moveAcross(const Link& link)
     return false;
   for (std::size_t k = 0; k < between.size(); ++k)
     between[k]->agreeing = std::move(after[k]);
-  const std::size_t second_size =
-      std::size_t(std::count(is_second.begin(), is_second.end(), 1));
+  const std::size_t second_size = std::size_t(std::count(is_second.begin(), is_second.end(), 1));
   const bool move_second = 2 * second_size <= images_.size();
   const Pose motion = move_second ? second_moved_by : second_moved_by.inverse();
   for (std::size_t i = 0; i < images_.size(); ++i)
@@ -246,11 +235,8 @@ Connections::moveAcross(const Link& link)
 } // namespace
 
 std::size_t
-correctFalseConnections(const ImageGraph& graph,
-                        int component,
-                        const TrackOptions& options,
-                        int num_threads,
-                        SparseModel& model)
+correctFalseConnections(const ImageGraph& graph, int component, const TrackOptions& options,
+                        int num_threads, SparseModel& model)
 {
   const std::size_t moved = Connections(graph, component, options, num_threads, model).correct();
   if (moved > 0)

@@ -61,11 +61,8 @@ byTime(const ImageGraph& graph, std::vector<std::size_t> images)
 }
 
 Pose
-extrapolatedPose(const ImageGraph& graph,
-                 const SparseModel& model,
-                 std::size_t before,
-                 std::size_t last,
-                 std::size_t image)
+extrapolatedPose(const ImageGraph& graph, const SparseModel& model, std::size_t before,
+                 std::size_t last, std::size_t image)
 {
   const Pose& pose = model.worldFromCamera(last);
   const double step = graph.timestamp(last) - graph.timestamp(before);
@@ -94,9 +91,8 @@ estimateMotions(const ImageGraph& graph, int component, SparseModel& model)
         if (std::abs(time) > REACH || found == MAX_PER_SIDE ||
             (found > 0 && std::abs(samples.back().time) < DENSE_STEP))
           break;
-        samples.push_back(
-            {time,
-             logarithm(model.worldFromCamera(other).inverse() * model.worldFromCamera(image))});
+        samples.push_back({time, logarithm(model.worldFromCamera(other).inverse() *
+                                           model.worldFromCamera(image))});
         ++found;
       }
     }

@@ -10,14 +10,11 @@ namespace bundle_icp {
 std::vector<std::size_t>
 byTime(const ImageGraph& graph, std::vector<std::size_t> images);
 
-/** Pose of `image` if the camera goes on as it did from image `before` to image `last`; that of `last`
- *  where stamps do not tell how far. */
+/** Pose of `image` if the camera goes on as it did from image `before` to image `last`; that of
+ *  `last` where stamps do not tell how far. */
 Pose
-extrapolatedPose(const ImageGraph& graph,
-                 const SparseModel& model,
-                 std::size_t before,
-                 std::size_t last,
-                 std::size_t image);
+extrapolatedPose(const ImageGraph& graph, const SparseModel& model, std::size_t before,
+                 std::size_t last, std::size_t image);
 
 /** Sets SparseModel::motion() of the registered images of a component from the poses of their
  *  neighbours in time: the slope of a polynomial through the nearest one or two on either

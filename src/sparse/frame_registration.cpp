@@ -54,15 +54,12 @@ meanDepth(const Features& features)
   return count ? sum / double(count) : 0;
 }
 
-/** Information on a pose from the depth of `num_images` images, given the information H that it held if
- *  errors of pixels were independent, and C, the covariance of the error that an image's pixels share:
- *  (H^-1 + n C)^-1, written so that H may be singular. */
+/** Information on a pose from the depth of `num_images` images, given the information H that it
+ *  held if errors of pixels were independent, and C, the covariance of the error that an image's
+ *  pixels share: (H^-1 + n C)^-1, written so that H may be singular. */
 Matrix6d
-withSharedError(const Matrix6d& independent,
-                const DepthView& view,
-                const DepthNoise& noise,
-                double shared_sigmas,
-                int num_images)
+withSharedError(const Matrix6d& independent, const DepthView& view, const DepthNoise& noise,
+                double shared_sigmas, int num_images)
 {
   const cv::Mat measured = view.depth == view.depth; // NaN differs from itself
   const double z = std::max(cv::mean(view.depth, measured)[0], 0.1);
@@ -107,30 +104,25 @@ void
 FrameRegistrar::setDepthErrors(bool depth_errors)
 {
   depth_errors_ = depth_errors;
-  shared_depth_sigmas_ = depth_errors
-                             ? options_.shared_depth_sigmas
-                             : std::min(LEAST_SHARED_SIGMAS, options_.shared_depth_sigmas);
+  shared_depth_sigmas_ = depth_errors ? options_.shared_depth_sigmas
+                                      : std::min(LEAST_SHARED_SIGMAS, options_.shared_depth_sigmas);
 }
 
 std::vector<Neighbour>
-FrameRegistrar::registeredNeighbours(const SparseModel& model,
-                                     std::size_t image,
+FrameRegistrar::registeredNeighbours(const SparseModel& model, std::size_t image,
                                      int component) const
 {
   std::vector<Neighbour> neighbours;
   for (const ImageEdge& edge : graph_.edges(image))
     if (model.component(edge.neighbour) == component)
       neighbours.push_back({edge.neighbour, edge.pair->matches.size()});
-  std::stable_sort(neighbours.begin(), neighbours.end(), [](const Neighbour& a, const Neighbour& b) {
-    return a.matches > b.matches;
-  });
+  std::stable_sort(neighbours.begin(), neighbours.end(),
+                   [](const Neighbour& a, const Neighbour& b) { return a.matches > b.matches; });
   return neighbours;
 }
 
 NewFrame
-FrameRegistrar::newFrame(const SparseModel& model,
-                         std::size_t image,
-                         int component,
+FrameRegistrar::newFrame(const SparseModel& model, std::size_t image, int component,
                          int num_threads) const
 {
   NewFrame frame{image, registeredNeighbours(model, image, component), {}, num_threads};
@@ -156,7 +148,8 @@ FrameRegistrar::bundleICP(const SparseModel& model, const NewFrame& frame) const
   // 3: I_vir^d = Virtual Depth(T*_new, I_reg^d), from where the camera was when depth was taken
   const Pose depth_from_color = model.depthFromColor(frame.image);
   const Pose depth_start = start * depth_from_color.inverse();
-  DepthAlignment alignment(depth_views_(frame.image, model), virtualDepthOptions(frame.num_threads));
+  DepthAlignment alignment(depth_views_(frame.image, model),
+                           virtualDepthOptions(frame.num_threads));
   showVirtualDepth(model, frame, depth_start, alignment);
   if (initial)
     alignment.setVisualEvidence(transformed(matches.points, depth_from_color), initial->scale);
@@ -167,7 +160,8 @@ FrameRegistrar::bundleICP(const SparseModel& model, const NewFrame& frame) const
   report.icp_rmse = dense.result.rmse;
   if (!isEvidence(dense.result, report))
     return initial ? visual : FrameRegistration{{}, {}, {}, report};
-  return adjusted(model, frame.image, matches, denseEvidence(model, frame.image, dense.result), report);
+  return adjusted(model, frame.image, matches, denseEvidence(model, frame.image, dense.result),
+                  report);
 }
 
 FrameRegistration
@@ -221,8 +215,7 @@ FrameRegistrar::findCorrespondences(const SparseModel& model, const NewFrame& fr
 
 /** By MapperOptions::method; unset with the reason in the report. */
 std::optional<VisualPose>
-FrameRegistrar::initialPose(const NewFrame& frame,
-                            const Correspondences& matches,
+FrameRegistrar::initialPose(const NewFrame& frame, const Correspondences& matches,
                             ImageRegistration& report) const
 {
   report.by_geometry = frame.guess.has_value();
@@ -262,9 +255,7 @@ FrameRegistrar::canDepthImprove(std::size_t image, const FrameRegistration& visu
 
 /** Of the best covisible images. */
 void
-FrameRegistrar::showVirtualDepth(const SparseModel& model,
-                                 const NewFrame& frame,
-                                 const Pose& start,
+FrameRegistrar::showVirtualDepth(const SparseModel& model, const NewFrame& frame, const Pose& start,
                                  DepthAlignment& alignment) const
 {
   std::vector<DepthAlignment::View> views;
@@ -286,8 +277,8 @@ FrameRegistrar::virtualDepthOptions(int num_threads) const
   return options;
 }
 
-/** Whether ICP measured the pose: it ended where the surfaces meet and, on its own, leaves nothing open;
- *  otherwise with the reason in the report. */
+/** Whether ICP measured the pose: it ended where the surfaces meet and, on its own, leaves nothing
+ *  open; otherwise with the reason in the report. */
 bool
 FrameRegistrar::isEvidence(const BundleICPResult& dense, ImageRegistration& report) const
 {
@@ -305,41 +296,32 @@ FrameRegistrar::isEvidence(const BundleICPResult& dense, ImageRegistration& repo
 }
 
 DensePose
-FrameRegistrar::denseEvidence(const SparseModel& model, std::size_t image, const BundleICPResult& dense) const
+FrameRegistrar::denseEvidence(const SparseModel& model, std::size_t image,
+                              const BundleICPResult& dense) const
 {
   return {dense.dense_pose * model.depthFromColor(image),
-          withSharedError(dense.information,
-                          *depth_views_(image, model),
-                          graph_.camera().depth_noise,
-                          shared_depth_sigmas_,
-                          1)};
+          withSharedError(dense.information, *depth_views_(image, model),
+                          graph_.camera().depth_noise, shared_depth_sigmas_, 1)};
 }
 
 FrameRegistration
-FrameRegistrar::adjusted(const SparseModel& model,
-                         std::size_t image,
-                         const Correspondences& matches,
-                         const DensePose& dense,
+FrameRegistrar::adjusted(const SparseModel& model, std::size_t image,
+                         const Correspondences& matches, const DensePose& dense,
                          const ImageRegistration& report) const
 {
   std::vector<PointObservation> observations;
   for (std::size_t k = 0; k < matches.features.size(); ++k)
     observations.push_back({matches.features[k], matches.points.target[k]});
-  const ImagePose pose = adjustPose(graph_,
-                                    model,
-                                    image,
-                                    observations,
-                                    dense,
-                                    options_.adjustment,
-                                    depth_errors_,
-                                    {dense.world_from_camera, model.depthError(image)});
+  const ImagePose pose =
+      adjustPose(graph_, model, image, observations, dense, options_.adjustment, depth_errors_,
+                 {dense.world_from_camera, model.depthError(image)});
   FrameRegistration registration{pose.world_from_camera, pose.depth_error, pose.covariance, report};
   const double rotation = largestDeviation(pose.covariance.topLeftCorner<3, 3>());
   const double position = largestDeviation(pose.covariance.bottomRightCorner<3, 3>());
   registration.report.rotation_deviation = rotation;
   registration.report.position_deviation = position;
-  registration.report.registered = position <= options_.max_position_deviation &&
-                                   rotation <= options_.max_rotation_deviation;
+  registration.report.registered =
+      position <= options_.max_position_deviation && rotation <= options_.max_rotation_deviation;
   if (!registration.report.registered) {
     std::ostringstream reason;
     reason << "its matches and its depth leave the pose open: +- " << std::setprecision(2)
@@ -351,8 +333,7 @@ FrameRegistrar::adjusted(const SparseModel& model,
 }
 
 Matrix6d
-FrameRegistrar::poseCovariance(const SparseModel& model,
-                               std::size_t image,
+FrameRegistrar::poseCovariance(const SparseModel& model, std::size_t image,
                                const std::vector<RelativePoseTerm>& terms) const
 {
   DensePose dense{model.worldFromCamera(image)};
@@ -363,13 +344,7 @@ FrameRegistrar::poseCovariance(const SparseModel& model,
   for (std::size_t j = 0; j < graph_.features(image).size(); ++j)
     if (const int point = model.pointOf(image, int(j)); point >= 0)
       observations.push_back({int(j), model.points()[std::size_t(point)].position});
-  return adjustPose(graph_,
-                    model,
-                    image,
-                    observations,
-                    dense,
-                    options_.adjustment,
-                    depth_errors_,
+  return adjustPose(graph_, model, image, observations, dense, options_.adjustment, depth_errors_,
                     {model.worldFromCamera(image), model.depthError(image)})
       .covariance;
 }
@@ -388,13 +363,10 @@ FrameRegistrar::registerPair(const SparseModel& model, std::size_t first, std::s
   RelativePoseTerm term;
   term.first = first;
   term.second = second;
-  term.first_from_second = model.depthFromColor(first).inverse() *
-                           result.dense_pose * model.depthFromColor(second);
-  term.information = withSharedError(result.information,
-                                     *source,
-                                     graph_.camera().depth_noise,
-                                     shared_depth_sigmas_,
-                                     2);
+  term.first_from_second =
+      model.depthFromColor(first).inverse() * result.dense_pose * model.depthFromColor(second);
+  term.information = withSharedError(result.information, *source, graph_.camera().depth_noise,
+                                     shared_depth_sigmas_, 2);
   return term;
 }
 

@@ -40,13 +40,10 @@ struct NewFrame {
  *  All methods may be called from several threads. */
 class FrameRegistrar {
 public:
-  FrameRegistrar(const ImageGraph& graph,
-                 const DepthViewProvider& depth_views,
+  FrameRegistrar(const ImageGraph& graph, const DepthViewProvider& depth_views,
                  const MapperOptions& options)
-  : graph_(graph)
-  , depth_views_(depth_views)
-  , options_(options)
-  , shared_depth_sigmas_(options.shared_depth_sigmas)
+  : graph_(graph), depth_views_(depth_views), options_(options),
+    shared_depth_sigmas_(options.shared_depth_sigmas)
   {
   }
 
@@ -55,8 +52,9 @@ public:
   void
   setDepthErrors(bool depth_errors);
 
-  /** An image of the graph, to be registered with its neighbours in a component: from its matches, or,
-   *  without MapperOptions::visual_start, from the pose of the neighbour that shares most of them. */
+  /** An image of the graph, to be registered with its neighbours in a component: from its matches,
+   *  or, without MapperOptions::visual_start, from the pose of the neighbour that shares most of
+   *  them. */
   NewFrame
   newFrame(const SparseModel& model, std::size_t image, int component, int num_threads) const;
 
@@ -71,8 +69,7 @@ public:
   /** How well the points that an image of the model sees, and its dense terms among `terms`, hold
    *  its pose, see ImagePose. */
   Matrix6d
-  poseCovariance(const SparseModel& model,
-                 std::size_t image,
+  poseCovariance(const SparseModel& model, std::size_t image,
                  const std::vector<RelativePoseTerm>& terms) const;
 
   /** Dense evidence on the motion between two images near their present poses; unset when
@@ -95,17 +92,14 @@ private:
   findCorrespondences(const SparseModel& model, const NewFrame& frame) const;
 
   std::optional<VisualPose>
-  initialPose(const NewFrame& frame,
-              const Correspondences& matches,
+  initialPose(const NewFrame& frame, const Correspondences& matches,
               ImageRegistration& report) const;
 
   bool
   canDepthImprove(std::size_t image, const FrameRegistration& visual) const;
 
   void
-  showVirtualDepth(const SparseModel& model,
-                   const NewFrame& frame,
-                   const Pose& start,
+  showVirtualDepth(const SparseModel& model, const NewFrame& frame, const Pose& start,
                    DepthAlignment& alignment) const;
 
   VirtualDepthOptions
@@ -119,11 +113,8 @@ private:
 
   /** Pose of visual and dense evidence together, each counted once. */
   FrameRegistration
-  adjusted(const SparseModel& model,
-           std::size_t image,
-           const Correspondences& matches,
-           const DensePose& dense,
-           const ImageRegistration& report) const;
+  adjusted(const SparseModel& model, std::size_t image, const Correspondences& matches,
+           const DensePose& dense, const ImageRegistration& report) const;
 
   const ImageGraph& graph_;
   const DepthViewProvider& depth_views_;

@@ -31,7 +31,7 @@ constexpr double MIN_COSINE = 0.5;
 /** The features of an image that have a depth. */
 struct View {
   std::vector<int> features;
-  std::vector<Eigen::Vector3d> points; ///< in the world
+  std::vector<Eigen::Vector3d> points;         ///< in the world
   pcl::KdTreeFLANN<pcl::PointXYZ> tree{false}; ///< of pixels
 };
 
@@ -53,8 +53,8 @@ fill(const ImageGraph& graph, const SparseModel& model, std::size_t image, View&
 bool
 haveSameSize(const Features& a, int i, const Features& b, int j)
 {
-  const double ratio = double(a.pixel_sigmas[i]) * a.depths[i] /
-                       (double(b.pixel_sigmas[j]) * b.depths[j]);
+  const double ratio =
+      double(a.pixel_sigmas[i]) * a.depths[i] / (double(b.pixel_sigmas[j]) * b.depths[j]);
   return ratio < MAX_SIZE_RATIO && 1 / ratio < MAX_SIZE_RATIO;
 }
 
@@ -100,16 +100,13 @@ toMatches(const std::vector<Best>& best)
 }
 
 std::vector<FeatureMatch>
-matchViews(const ImageGraph& graph,
-           const SparseModel& model,
-           std::pair<std::size_t, std::size_t> images,
-           const View& first_view,
-           const View& second_view,
-           double max_pixel_error)
+matchViews(const ImageGraph& graph, const SparseModel& model,
+           std::pair<std::size_t, std::size_t> images, const View& first_view,
+           const View& second_view, double max_pixel_error)
 {
   const Features &first = graph.features(images.first), &second = graph.features(images.second);
-  const MeasurementModel measurement(
-      graph.camera(), model.calibration().values, model.motion(images.first));
+  const MeasurementModel measurement(graph.camera(), model.calibration().values,
+                                     model.motion(images.first));
   const Pose first_from_world = model.worldFromCamera(images.first).inverse();
   std::vector<Best> best(first.size());
   pcl::Indices found;
@@ -122,9 +119,8 @@ matchViews(const ImageGraph& graph,
     const Eigen::Vector2f pixel = measurement.pixel(point, row).cast<float>();
     const int j = second_view.features[k];
     const double radius = max_pixel_error * std::max(1.0f, second.pixel_sigmas[j]);
-    if (!pixel.allFinite() ||
-        first_view.tree.radiusSearch(
-            {pixel.x(), pixel.y(), 0}, radius, found, squared_distances) == 0)
+    if (!pixel.allFinite() || first_view.tree.radiusSearch({pixel.x(), pixel.y(), 0}, radius, found,
+                                                           squared_distances) == 0)
       continue;
     for (int& i : found)
       i = first_view.features[i];
@@ -139,24 +135,19 @@ bool
 shareEdge(const ImageGraph& graph, std::size_t a, std::size_t b)
 {
   const std::vector<ImageEdge> edges = graph.edges(a);
-  return std::any_of(edges.begin(), edges.end(), [b](const ImageEdge& edge) {
-    return edge.neighbour == b;
-  });
+  return std::any_of(edges.begin(), edges.end(),
+                     [b](const ImageEdge& edge) { return edge.neighbour == b; });
 }
 
 } // namespace
 
 void
-matchByPrediction(const ImageGraph& graph,
-                  const std::vector<std::size_t>& images,
-                  const TrackOptions& options,
-                  int num_threads,
-                  SparseModel& model)
+matchByPrediction(const ImageGraph& graph, const std::vector<std::size_t>& images,
+                  const TrackOptions& options, int num_threads, SparseModel& model)
 {
   std::vector<View> views(images.size());
-  parallelFor(images.size(), num_threads, {}, [&](std::size_t k) {
-    fill(graph, model, images[k], views[k]);
-  });
+  parallelFor(images.size(), num_threads, {},
+              [&](std::size_t k) { fill(graph, model, images[k], views[k]); });
   const auto axis = [&](std::size_t k) -> Eigen::Vector3d {
     return model.worldFromCamera(images[k]).linear().col(2);
   };
@@ -169,8 +160,8 @@ matchByPrediction(const ImageGraph& graph,
   std::vector<std::vector<FeatureMatch>> slots(pairs.size());
   parallelFor(pairs.size(), num_threads, {}, [&](std::size_t p) {
     const auto [a, b] = pairs[p];
-    slots[p] = matchViews(
-        graph, model, {images[a], images[b]}, views[a], views[b], options.max_pixel_error);
+    slots[p] = matchViews(graph, model, {images[a], images[b]}, views[a], views[b],
+                          options.max_pixel_error);
   });
   for (std::size_t p = 0; p < pairs.size(); ++p)
     model.joinMatches(graph, images[pairs[p].first], images[pairs[p].second], slots[p], options);

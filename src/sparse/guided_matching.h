@@ -12,10 +12,7 @@ namespace bundle_icp {
  *  one, those of the other are searched in a kd-tree, and what looks alike joins its track. Images
  *  whose descriptors were released take no part. The result does not depend on threads. */
 void
-matchByPrediction(const ImageGraph& graph,
-                  const std::vector<std::size_t>& images,
-                  const TrackOptions& options,
-                  int num_threads,
-                  SparseModel& model);
+matchByPrediction(const ImageGraph& graph, const std::vector<std::size_t>& images,
+                  const TrackOptions& options, int num_threads, SparseModel& model);
 
 } // namespace bundle_icp

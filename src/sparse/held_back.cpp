@@ -14,8 +14,7 @@ namespace bundle_icp {
 
 std::vector<Observation>
 observationsThatTakePart(const BundleAdjustmentProblem& problem,
-                         const std::set<std::size_t>& images,
-                         const ScenePoint& point)
+                         const std::set<std::size_t>& images, const ScenePoint& point)
 {
   std::vector<Observation> observations;
   for (std::size_t k = 0; k < point.track.size(); ++k)
@@ -36,10 +35,8 @@ isHeldBack(const ScenePoint& point, std::size_t index_in_track)
 }
 
 std::vector<double>
-heldBackCost(const ImageGraph& graph,
-             const BundleAdjustmentProblem& problem,
-             const BundleAdjustmentOptions& options,
-             const SparseModel& model)
+heldBackCost(const ImageGraph& graph, const BundleAdjustmentProblem& problem,
+             const BundleAdjustmentOptions& options, const SparseModel& model)
 {
   std::string error;
   if (!options.isValid(&error))
@@ -60,12 +57,12 @@ heldBackCost(const ImageGraph& graph,
       const Features& features = graph.features(o.image);
       const PoseBlock pose(model.worldFromCamera(o.image));
       const ImageMeasurement measurement{graph.camera(), model.motion(o.image)};
-      const double* parameters[] = {pose.values,
-                                    point.position.data(),
+      const double* parameters[] = {pose.values, point.position.data(),
                                     model.calibration().values.data(),
                                     model.depthError(o.image).data()};
-      const ObservationResiduals residuals(
-          measurement, features, o.feature, options.use_depth ? &graph.camera().depth_noise : nullptr);
+      const ObservationResiduals residuals(measurement, features, o.feature,
+                                           options.use_depth ? &graph.camera().depth_noise
+                                                             : nullptr);
       cost->second += residuals.cost(parameters, options.loss_scale);
     }
   }

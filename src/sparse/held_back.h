@@ -9,11 +9,10 @@
 
 namespace bundle_icp {
 
-/** Observations of a point by `images` that the adjustment of `problem` uses; none when the point takes
- *  no part. */
+/** Observations of a point by `images` that the adjustment of `problem` uses; none when the point
+ *  takes no part. */
 std::vector<Observation>
 observationsThatTakePart(const BundleAdjustmentProblem& problem,
-                         const std::set<std::size_t>& images,
-                         const ScenePoint& point);
+                         const std::set<std::size_t>& images, const ScenePoint& point);
 
 } // namespace bundle_icp

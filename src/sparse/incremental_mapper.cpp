@@ -28,14 +28,9 @@ constexpr int MAX_CORRECTIONS = 4;
 class IncrementalMapper::Impl {
 public:
   Impl(const ImageGraph& graph, DepthViewProvider depth_views, const MapperOptions& options)
-  : registrations_(graph.size())
-  , graph_(graph)
-  , depth_views_(std::move(depth_views))
-  , options_(withThreads(options))
-  , registrar_(graph_, depth_views_, options_)
-  , visibility_(graph.size())
-  , covariances_(graph.size())
-  , adjuster_(graph_, registrar_, options_)
+  : registrations_(graph.size()), graph_(graph), depth_views_(std::move(depth_views)),
+    options_(withThreads(options)), registrar_(graph_, depth_views_, options_),
+    visibility_(graph.size()), covariances_(graph.size()), adjuster_(graph_, registrar_, options_)
   {
   }
 
@@ -70,11 +65,14 @@ private:
   std::vector<std::size_t>
   nextImages(const SparseModel& model, bool keys_only) const;
   std::vector<FrameRegistration>
-  registerFrames(const SparseModel& model, const std::vector<std::size_t>& frames, int component) const;
+  registerFrames(const SparseModel& model, const std::vector<std::size_t>& frames,
+                 int component) const;
   void
-  addToModel(SparseModel& model, std::size_t image, const FrameRegistration& registration, int component);
+  addToModel(SparseModel& model, std::size_t image, const FrameRegistration& registration,
+             int component);
   void
-  adjust(SparseModel& model, const std::vector<std::size_t>& added, int component, double& next_adjustment);
+  adjust(SparseModel& model, const std::vector<std::size_t>& added, int component,
+         double& next_adjustment);
   void
   updateVisibility(const SparseModel& model, std::size_t image, int component);
   void
@@ -99,8 +97,7 @@ private:
   ProgressCallback progress_;
 };
 
-IncrementalMapper::IncrementalMapper(const ImageGraph& graph,
-                                     DepthViewProvider depth_views,
+IncrementalMapper::IncrementalMapper(const ImageGraph& graph, DepthViewProvider depth_views,
                                      const MapperOptions& options)
 {
   std::string error;
@@ -167,9 +164,8 @@ IncrementalMapper::Impl::numberBySize(SparseModel& model) const
   std::vector<std::vector<std::size_t>> components;
   for (int component = 0; !model.registeredImages(component).empty(); ++component)
     components.push_back(model.registeredImages(component));
-  std::stable_sort(components.begin(), components.end(), [](const auto& a, const auto& b) {
-    return a.size() > b.size();
-  });
+  std::stable_sort(components.begin(), components.end(),
+                   [](const auto& a, const auto& b) { return a.size() > b.size(); });
   for (std::size_t c = 0; c < components.size(); ++c)
     for (const std::size_t image : components[c])
       model.registerImage(image, model.worldFromCamera(image), int(c));
@@ -204,16 +200,15 @@ IncrementalMapper::Impl::initialise(SparseModel& model, int component)
     if (!strongest.pair)
       continue;
     model.registerImage(graph_, seed, Pose::Identity(), component, options_.tracks);
-    const FrameRegistration second =
-        registrar_.bundleICP(
+    const FrameRegistration second = registrar_.bundleICP(
         model, registrar_.newFrame(model, strongest.neighbour, component, options_.num_threads));
     if (!second.report.registered) {
       model.registerImage(seed, Pose::Identity(), -1);
       continue;
     }
     registrations_[seed] = registrations_[strongest.neighbour] = second.report;
-    model.registerImage(
-        graph_, strongest.neighbour, second.world_from_camera, component, options_.tracks);
+    model.registerImage(graph_, strongest.neighbour, second.world_from_camera, component,
+                        options_.tracks);
     for (std::size_t i = 0; i < graph_.size(); ++i)
       visibility_[i] = 0;
     updateVisibility(model, seed, component);
@@ -225,8 +220,7 @@ IncrementalMapper::Impl::initialise(SparseModel& model, int component)
 
 /** Registering an image changes the visibility of those that it shares an edge with. */
 void
-IncrementalMapper::Impl::updateVisibility(const SparseModel& model,
-                                          std::size_t image,
+IncrementalMapper::Impl::updateVisibility(const SparseModel& model, std::size_t image,
                                           int component)
 {
   for (const ImageEdge& edge : graph_.edges(image))
@@ -258,8 +252,7 @@ IncrementalMapper::Impl::nextImages(const SparseModel& model, bool keys_only) co
 /** Bundle ICP for frames that are independent of each other. */
 std::vector<FrameRegistration>
 IncrementalMapper::Impl::registerFrames(const SparseModel& model,
-                                        const std::vector<std::size_t>& frames,
-                                        int component) const
+                                        const std::vector<std::size_t>& frames, int component) const
 {
   std::vector<FrameRegistration> slots(frames.size());
   const int inner = frames.size() == 1 ? options_.num_threads : 1;
@@ -271,18 +264,15 @@ IncrementalMapper::Impl::registerFrames(const SparseModel& model,
 
 /** Adds a frame with its points and updates V. */
 void
-IncrementalMapper::Impl::addToModel(SparseModel& model,
-                                    std::size_t image,
-                                    const FrameRegistration& registration,
-                                    int component)
+IncrementalMapper::Impl::addToModel(SparseModel& model, std::size_t image,
+                                    const FrameRegistration& registration, int component)
 {
   registrations_[image] = registration.report;
   failed_[image] = !registration.report.registered;
   if (failed_[image])
     return;
   if (graph_.isKey(image))
-    model.registerImage(
-        graph_, image, registration.world_from_camera, component, options_.tracks);
+    model.registerImage(graph_, image, registration.world_from_camera, component, options_.tracks);
   else {
     model.registerImage(image, registration.world_from_camera, component);
     covariances_[image] = registration.covariance;
@@ -294,10 +284,8 @@ IncrementalMapper::Impl::addToModel(SparseModel& model,
 /** Adjusts the frames around those that were just added, and all frames each time that the model
  *  has grown by MapperOptions::adjustment_growth. */
 void
-IncrementalMapper::Impl::adjust(SparseModel& model,
-                                const std::vector<std::size_t>& added,
-                                int component,
-                                double& next_adjustment)
+IncrementalMapper::Impl::adjust(SparseModel& model, const std::vector<std::size_t>& added,
+                                int component, double& next_adjustment)
 {
   std::vector<std::size_t> keys;
   for (const std::size_t image : added)
@@ -351,7 +339,8 @@ IncrementalMapper::Impl::growKeyImages(SparseModel& model, int component)
   for (int round = 0; round < MAX_CORRECTIONS; ++round) {
     if (!grow(model, component, true))
       return false;
-    if (correctFalseConnections(graph_, component, options_.tracks, options_.num_threads, model) == 0)
+    if (correctFalseConnections(graph_, component, options_.tracks, options_.num_threads, model) ==
+        0)
       break;
     // What was registered from a wrong place is adjusted to the right one, and images that found no
     // place between the two may find it now.
@@ -387,8 +376,7 @@ IncrementalMapper::Impl::registerByTime(SparseModel& model, int component)
 
 /** Each image after the one before it, if that has a pose. */
 void
-IncrementalMapper::Impl::registerInOrder(SparseModel& model,
-                                         int component,
+IncrementalMapper::Impl::registerInOrder(SparseModel& model, int component,
                                          const std::vector<std::size_t>& order)
 {
   for (std::size_t k = 1; k < order.size(); ++k) {

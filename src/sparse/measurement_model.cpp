@@ -11,9 +11,7 @@ using P = CalibrationParameter;
 /** The motion to second order in time: an image is read out in some 20 ms, a rotation of 100
  *  degrees a second then leaves less than 0.01 px. */
 Eigen::Vector3d
-MeasurementModel::moved(const Eigen::Vector3d& point,
-                        double time,
-                        Eigen::Matrix3d* by_point,
+MeasurementModel::moved(const Eigen::Vector3d& point, double time, Eigen::Matrix3d* by_point,
                         Eigen::Vector3d* by_time) const
 {
   const Eigen::Vector3d rotation = motion_.head<3>(), translation = motion_.tail<3>();
@@ -31,18 +29,16 @@ MeasurementModel::moved(const Eigen::Vector3d& point,
 }
 
 Eigen::Vector2d
-MeasurementModel::pixel(const Eigen::Vector3d& point,
-                        double row,
+MeasurementModel::pixel(const Eigen::Vector3d& point, double row,
                         Eigen::Matrix<double, 2, 3>* by_point,
                         CalibrationRows2* by_calibration) const
 {
   Eigen::Matrix3d moved_by_point;
   Eigen::Vector3d moved_by_time;
   const double time = rowTime(row);
-  const Eigen::Vector3d p = moved(point,
-                                  at(P::READOUT) * time,
-                                  by_point || by_calibration ? &moved_by_point : nullptr,
-                                  by_calibration ? &moved_by_time : nullptr);
+  const Eigen::Vector3d p =
+      moved(point, at(P::READOUT) * time, by_point || by_calibration ? &moved_by_point : nullptr,
+            by_calibration ? &moved_by_time : nullptr);
   // Behind the camera there is no pixel; a far one keeps the residual valid and is downweighted.
   const double z = std::max(p.z(), 1e-3);
   const double x = p.x() / z, y = p.y() / z, r2 = x * x + y * y;
@@ -78,19 +74,14 @@ MeasurementModel::pixel(const Eigen::Vector3d& point,
 }
 
 double
-MeasurementModel::depth(const Eigen::Vector3d& point,
-                        const Eigen::Vector2d& pixel,
-                        const DepthError& error,
-                        const DepthNoise& noise,
-                        Eigen::RowVector3d* by_point,
-                        CalibrationRow* by_calibration,
+MeasurementModel::depth(const Eigen::Vector3d& point, const Eigen::Vector2d& pixel,
+                        const DepthError& error, const DepthNoise& noise,
+                        Eigen::RowVector3d* by_point, CalibrationRow* by_calibration,
                         Eigen::RowVector3d* by_error) const
 {
   Eigen::Matrix3d moved_by_point;
   Eigen::Vector3d moved_by_time;
-  const double z = moved(point,
-                         at(P::TIME_OFFSET),
-                         by_point ? &moved_by_point : nullptr,
+  const double z = moved(point, at(P::TIME_OFFSET), by_point ? &moved_by_point : nullptr,
                          by_calibration ? &moved_by_time : nullptr)
                        .z();
   // The ray only scales small errors: its own corrections do not matter here.
@@ -99,8 +90,8 @@ MeasurementModel::depth(const Eigen::Vector3d& point,
   const double tilt = at(P::DEPTH_TILT_X) * x + at(P::DEPTH_TILT_Y) * y;
   const double shared = error[0] + error[1] * x + error[2] * y;
   const double sigma = noise.sigma(z);
-  const double by_z = 1 + 2 * at(P::DEPTH_BIAS) * z + tilt +
-                      2 * noise.quadratic * (z - noise.offset) * shared;
+  const double by_z =
+      1 + 2 * at(P::DEPTH_BIAS) * z + tilt + 2 * noise.quadratic * (z - noise.offset) * shared;
   if (by_point)
     *by_point = by_z * moved_by_point.row(2);
   if (by_calibration) {

@@ -15,8 +15,7 @@ using CalibrationRows2 = Eigen::Matrix<double, 2, NUM_CALIBRATION_PARAMETERS>;
  *  the colour image is exposed. */
 class MeasurementModel {
 public:
-  MeasurementModel(const CameraIntrinsics& camera,
-                   const CalibrationVector& calibration,
+  MeasurementModel(const CameraIntrinsics& camera, const CalibrationVector& calibration,
                    const Vector6d& motion)
   : camera_(camera), calibration_(calibration), motion_(motion)
   {
@@ -25,20 +24,14 @@ public:
   /** Pixel of a point in the camera frame, as seen by image row `row`. Derivatives are
    *  written where not null. */
   Eigen::Vector2d
-  pixel(const Eigen::Vector3d& point,
-        double row,
-        Eigen::Matrix<double, 2, 3>* by_point = nullptr,
+  pixel(const Eigen::Vector3d& point, double row, Eigen::Matrix<double, 2, 3>* by_point = nullptr,
         CalibrationRows2* by_calibration = nullptr) const;
 
   /** Depth that is measured for a point, seen at a colour pixel. */
   double
-  depth(const Eigen::Vector3d& point,
-        const Eigen::Vector2d& pixel,
-        const DepthError& error,
-        const DepthNoise& noise,
-        Eigen::RowVector3d* by_point = nullptr,
-        CalibrationRow* by_calibration = nullptr,
-        Eigen::RowVector3d* by_error = nullptr) const;
+  depth(const Eigen::Vector3d& point, const Eigen::Vector2d& pixel, const DepthError& error,
+        const DepthNoise& noise, Eigen::RowVector3d* by_point = nullptr,
+        CalibrationRow* by_calibration = nullptr, Eigen::RowVector3d* by_error = nullptr) const;
 
   /** Point in the camera frame of a pixel with true depth z at the time when its row was exposed:
    *  the inverse of pixel(). */
@@ -60,9 +53,7 @@ private:
   }
 
   Eigen::Vector3d
-  moved(const Eigen::Vector3d& point,
-        double time,
-        Eigen::Matrix3d* by_point,
+  moved(const Eigen::Vector3d& point, double time, Eigen::Matrix3d* by_point,
         Eigen::Vector3d* by_time) const;
 
   const CameraIntrinsics& camera_;

@@ -43,9 +43,8 @@ estimatePnPPose(const CameraIntrinsics& camera, const std::vector<cv::Point2d>& 
   const cv::Matx33d matrix(camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1);
   cv::Mat rotation, translation;
   std::vector<int> inliers;
-  if (!cv::solvePnPRansac(objects, pixels, matrix, cv::noArray(), rotation, translation,
-                          false, MAX_SAMPLES, MAX_ERROR, CONFIDENCE, inliers,
-                          cv::SOLVEPNP_AP3P) ||
+  if (!cv::solvePnPRansac(objects, pixels, matrix, cv::noArray(), rotation, translation, false,
+                          MAX_SAMPLES, MAX_ERROR, CONFIDENCE, inliers, cv::SOLVEPNP_AP3P) ||
       inliers.size() < MIN_POINTS)
     return std::nullopt;
   std::vector<cv::Point3d> agreeing_objects;
@@ -54,8 +53,8 @@ estimatePnPPose(const CameraIntrinsics& camera, const std::vector<cv::Point2d>& 
     agreeing_objects.push_back(objects[std::size_t(i)]);
     agreeing_pixels.push_back(pixels[std::size_t(i)]);
   }
-  cv::solvePnPRefineLM(agreeing_objects, agreeing_pixels, matrix, cv::noArray(),
-                       rotation, translation);
+  cv::solvePnPRefineLM(agreeing_objects, agreeing_pixels, matrix, cv::noArray(), rotation,
+                       translation);
   VisualPose result;
   result.world_from_source = toPose(rotation, translation);
   result.inliers = inliers.size();

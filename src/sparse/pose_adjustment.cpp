@@ -20,8 +20,8 @@ constexpr double FUNCTION_TOLERANCE = 1e-8;
 
 /** Fewer residuals do not show how exact they are. */
 constexpr double MIN_RESIDUALS = 30;
-/** Of a residual, over that which its sigma says: no observations are as exact as those that agree by
- *  chance. */
+/** Of a residual, over that which its sigma says: no observations are as exact as those that agree
+ *  by chance. */
 constexpr double LEAST_VARIANCE = 0.0625;
 
 /** Six numbers of the motion, three of the depth error. */
@@ -37,22 +37,17 @@ struct PoseState {
 /** A problem as minimise() takes it: the pose and the depth error of one image. */
 class PoseProblem {
 public:
-  PoseProblem(const ImageMeasurement& measurement,
-              const Features& features,
-              const SparseModel& model,
-              const std::vector<PointObservation>& observations,
-              const DensePose& dense,
-              const BundleAdjustmentOptions& options,
+  PoseProblem(const ImageMeasurement& measurement, const Features& features,
+              const SparseModel& model, const std::vector<PointObservation>& observations,
+              const DensePose& dense, const BundleAdjustmentOptions& options,
               bool depth_error_moves)
-  : calibration_(model.calibration().values)
-  , points_(observations)
-  , dense_(dense.world_from_camera, dense.information)
-  , options_(options)
-  , depth_error_moves_(depth_error_moves)
+  : calibration_(model.calibration().values), points_(observations),
+    dense_(dense.world_from_camera, dense.information), options_(options),
+    depth_error_moves_(depth_error_moves)
   {
     for (const PointObservation& o : observations)
-      observations_.emplace_back(
-          measurement, features, o.feature, options.use_depth ? &measurement.camera.depth_noise : nullptr);
+      observations_.emplace_back(measurement, features, o.feature,
+                                 options.use_depth ? &measurement.camera.depth_noise : nullptr);
   }
 
   double
@@ -64,9 +59,9 @@ public:
   std::optional<LeastSquaresStep<PoseState>>
   solve(const PoseState& state) const;
 
-  /** What is known where the equations were built last: observations count as exact as they proved to be
-   *  together, since pixels are found better in sharp images than in blurred ones, and points of long
-   *  tracks are known better than those of short ones. */
+  /** What is known where the equations were built last: observations count as exact as they proved
+   *  to be together, since pixels are found better in sharp images than in blurred ones, and points
+   *  of long tracks are known better than those of short ones. */
   Matrix
   information() const;
 
@@ -74,7 +69,8 @@ private:
   std::array<const double*, 4>
   blocks(std::size_t k, const PoseState& state) const
   {
-    return {state.pose.values, points_[k].point.data(), calibration_.data(), state.depth_error.data()};
+    return {state.pose.values, points_[k].point.data(), calibration_.data(),
+            state.depth_error.data()};
   }
 
   const CalibrationVector& calibration_;
@@ -123,7 +119,8 @@ PoseProblem::build(const PoseState& state, double damping)
     observed_ += rows.by_image.transpose() * rows.by_image;
     gradient_ += rows.by_image.transpose() * rows.residual;
     // The robust weight w of a residual r with w r^2 = q is 1 - q / limit
-    const double pixel = rows.residual.head<2>().squaredNorm(), depth = std::pow(rows.residual[2], 2);
+    const double pixel = rows.residual.head<2>().squaredNorm(),
+                 depth = std::pow(rows.residual[2], 2);
     squared_error_ += pixel + depth;
     num_residuals_ += 2 * (1 - pixel / limit) + (observations_[k].depth ? 1 - depth / limit : 0);
   }
@@ -181,18 +178,13 @@ largestDeviation(const Eigen::Matrix3d& covariance)
 }
 
 ImagePose
-adjustPose(const ImageGraph& graph,
-           const SparseModel& model,
-           std::size_t image,
-           const std::vector<PointObservation>& observations,
-           const DensePose& dense,
-           const BundleAdjustmentOptions& options,
-           bool depth_error,
-           const ImagePose& start)
+adjustPose(const ImageGraph& graph, const SparseModel& model, std::size_t image,
+           const std::vector<PointObservation>& observations, const DensePose& dense,
+           const BundleAdjustmentOptions& options, bool depth_error, const ImagePose& start)
 {
   const ImageMeasurement measurement{graph.camera(), model.motion(image)};
-  PoseProblem problem(
-      measurement, graph.features(image), model, observations, dense, options, depth_error);
+  PoseProblem problem(measurement, graph.features(image), model, observations, dense, options,
+                      depth_error);
   PoseState state{PoseBlock(start.world_from_camera), start.depth_error};
   minimise(problem, MAX_ITERATIONS, FUNCTION_TOLERANCE, state);
   ImagePose result{state.pose.worldFromCamera(), state.depth_error};
@@ -207,8 +199,7 @@ adjustPose(const ImageGraph& graph,
   Matrix information = problem.information();
   information.diagonal().head<6>().array() += PRIOR_INFORMATION;
   const Matrix inverse = information.ldlt().solve(Matrix::Identity());
-  result.covariance =
-      world_by_motion * inverse.topLeftCorner<6, 6>() * world_by_motion.transpose();
+  result.covariance = world_by_motion * inverse.topLeftCorner<6, 6>() * world_by_motion.transpose();
   return result;
 }
 

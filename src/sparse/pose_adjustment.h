@@ -22,8 +22,8 @@ struct DensePose {
   Matrix6d information = Matrix6d::Zero();
 };
 
-/** Of a pose without evidence, on motions about the world's origin [1 / rad^2, 1 / m^2]: keeps covariances
- *  finite where not everything is seen. */
+/** Of a pose without evidence, on motions about the world's origin [1 / rad^2, 1 / m^2]: keeps
+ *  covariances finite where not everything is seen. */
 constexpr double PRIOR_INFORMATION = 1;
 
 /** The part of the model that one image adds: its pose, and the error that its depth shares. */
@@ -44,13 +44,8 @@ largestDeviation(const Eigen::Matrix3d& covariance);
  *  in Algorithm 1, line 2, give away that pixels are known far better than depth.
  *  \param depth_error whether the DepthError moves, too */
 ImagePose
-adjustPose(const ImageGraph& graph,
-           const SparseModel& model,
-           std::size_t image,
-           const std::vector<PointObservation>& observations,
-           const DensePose& dense,
-           const BundleAdjustmentOptions& options,
-           bool depth_error,
-           const ImagePose& start);
+adjustPose(const ImageGraph& graph, const SparseModel& model, std::size_t image,
+           const std::vector<PointObservation>& observations, const DensePose& dense,
+           const BundleAdjustmentOptions& options, bool depth_error, const ImagePose& start);
 
 } // namespace bundle_icp

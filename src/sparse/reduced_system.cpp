@@ -25,8 +25,7 @@ observationsOfImages(const AdjustmentTerms& terms)
 /** Two images share a block when they see a point together or are a dense pair. */
 BlockStructure
 sharedBlocks(const AdjustmentTerms& terms,
-             const std::vector<std::vector<std::size_t>>& observations_of,
-             int num_threads)
+             const std::vector<std::vector<std::size_t>>& observations_of, int num_threads)
 {
   std::vector<std::vector<int>> columns(terms.num_moving);
   for (std::size_t c = 0; c < columns.size(); ++c)
@@ -56,17 +55,11 @@ sharedBlocks(const AdjustmentTerms& terms,
 
 template <int SIZE>
 ReducedSystem<SIZE>::ReducedSystem(const AdjustmentTerms& terms, int num_threads)
-: terms_(terms)
-, num_threads_(num_threads)
-, observations_of_(observationsOfImages(terms))
-, structure_(sharedBlocks(terms, observations_of_, num_threads))
-, observations_(terms.observations.size())
-, eliminated_(terms.observations.size(), Columns::Zero())
-, points_(terms.points.size())
-, calibration_of_chunk_(terms.numChunks())
-, blocks_(structure_.rows.size())
-, calibration_by_image_(terms.num_moving)
-, images_(structure_)
+: terms_(terms), num_threads_(num_threads), observations_of_(observationsOfImages(terms)),
+  structure_(sharedBlocks(terms, observations_of_, num_threads)),
+  observations_(terms.observations.size()), eliminated_(terms.observations.size(), Columns::Zero()),
+  points_(terms.points.size()), calibration_of_chunk_(terms.numChunks()),
+  blocks_(structure_.rows.size()), calibration_by_image_(terms.num_moving), images_(structure_)
 {
   if (numCalibrated() > 0) {
     by_calibration_.resize(terms.observations.size());
@@ -80,7 +73,8 @@ ReducedSystem<SIZE>::build(const AdjustmentState& state, double damping)
 {
   state_ = &state;
   damping_ = damping;
-  parallelFor(terms_.numChunks(), num_threads_, {}, [this](std::size_t chunk) { eliminatePoints(chunk); });
+  parallelFor(terms_.numChunks(), num_threads_, {},
+              [this](std::size_t chunk) { eliminatePoints(chunk); });
   diagonal_.setZero(size());
   gradient_.setZero(size());
   reduced_gradient_.setZero(size());
@@ -166,7 +160,8 @@ ReducedSystem<SIZE>::sumColumn(std::size_t image)
     block_of[std::size_t(structure_.rows[k])] = blocks_[k].data();
   }
   Square own = Square::Zero();
-  Eigen::Matrix<double, SIZE, 1> gradient = Eigen::Matrix<double, SIZE, 1>::Zero(), reduced = gradient;
+  Eigen::Matrix<double, SIZE, 1> gradient = Eigen::Matrix<double, SIZE, 1>::Zero(),
+                                 reduced = gradient;
   Eigen::MatrixXd& by_calibration = calibration_by_image_[image];
   by_calibration.setZero(numCalibrated(), SIZE);
   std::vector<const double*> factors;
@@ -254,9 +249,7 @@ ReducedSystem<SIZE>::addPriors(const AdjustmentState& state)
   }
   for (Eigen::Index k = 0; k < numCalibrated(); ++k) {
     const int parameter = terms_.calibrated[std::size_t(k)];
-    add(size() - numCalibrated() + k,
-        calibration_(k, k),
-        state.calibration[parameter],
+    add(size() - numCalibrated() + k, calibration_(k, k), state.calibration[parameter],
         calibrationPrior()[parameter]);
   }
 }
@@ -327,10 +320,12 @@ ReducedSystem<SIZE>::solve(const AdjustmentState& state)
       manifold.Plus(state.poses[i].values, moved.data(), result.state.poses[i].values);
     if constexpr (SIZE > 6)
       result.state.depth_errors[i] += moved.template tail<3>();
-    squared_length += Eigen::Map<const Eigen::Matrix<double, 7, 1>>(state.poses[i].values).squaredNorm();
+    squared_length +=
+        Eigen::Map<const Eigen::Matrix<double, 7, 1>>(state.poses[i].values).squaredNorm();
   }
   for (Eigen::Index k = 0; k < numCalibrated(); ++k)
-    result.state.calibration[terms_.calibrated[std::size_t(k)]] += step[size() - numCalibrated() + k];
+    result.state.calibration[terms_.calibrated[std::size_t(k)]] +=
+        step[size() - numCalibrated() + k];
   result.relative_length = std::sqrt(squared_step / squared_length);
   return result;
 }
@@ -339,8 +334,7 @@ ReducedSystem<SIZE>::solve(const AdjustmentState& state)
  *  length */
 template <int SIZE>
 std::pair<double, double>
-ReducedSystem<SIZE>::substituteBack(std::size_t chunk,
-                                    const Eigen::VectorXd& step,
+ReducedSystem<SIZE>::substituteBack(std::size_t chunk, const Eigen::VectorXd& step,
                                     AdjustmentState& state) const
 {
   double decrease = 0, squared = 0;
@@ -350,8 +344,8 @@ ReducedSystem<SIZE>::substituteBack(std::size_t chunk,
     Eigen::Vector3d right = point.reduced_gradient;
     for (std::size_t k = terms_.first_observation[p]; k < terms_.first_observation[p + 1]; ++k)
       if (const int image = terms_.observations[k].image; image < int(numImages()))
-        right += eliminated_[k].template topRows<SIZE>().transpose() *
-                 step.segment<SIZE>(SIZE * image);
+        right +=
+            eliminated_[k].template topRows<SIZE>().transpose() * step.segment<SIZE>(SIZE * image);
     if (numCalibrated() > 0)
       right += points_by_calibration_[p] * step.tail(numCalibrated());
     const Eigen::Vector3d moved = -(point.root * right);

@@ -16,8 +16,9 @@ namespace bundle_icp {
  *  of bundle adjustment): what is left are the images, six or nine unknowns each, and the
  *  calibration. A problem as minimise() takes it.
  *
- *  Both halves run in parallel and give the same sums for any number of threads: points are eliminated
- *  in fixed chunks, and each block column of the reduced matrix is summed by one thread alone.
+ *  Both halves run in parallel and give the same sums for any number of threads: points are
+ *  eliminated in fixed chunks, and each block column of the reduced matrix is summed by one thread
+ *  alone.
  *  \tparam SIZE unknowns of an image: 6, or 9 with its depth error */
 template <int SIZE>
 class ReducedSystem {
@@ -101,10 +102,10 @@ private:
   const AdjustmentState* state_ = nullptr; ///< while it is built
   double damping_ = 0;
   const std::vector<std::vector<std::size_t>> observations_of_; ///< by image that moves
-  const BlockStructure structure_; ///< of the images' matrix
+  const BlockStructure structure_;                              ///< of the images' matrix
   // Phase one
   std::vector<ObservationTerms> observations_;
-  std::vector<Columns> eliminated_; ///< by observation: by_image' by_point L
+  std::vector<Columns> eliminated_;      ///< by observation: by_image' by_point L
   std::vector<Matrix3X> by_calibration_; ///< by observation
   std::vector<PointTerms> points_;
   std::vector<Matrix3X> points_by_calibration_; ///< (by_calibration' by_point L)'

@@ -27,7 +27,8 @@ translationOf(const double* block)
   return Eigen::Map<const Eigen::Vector3d>(block + 4);
 }
 
-/** Derivative of a quaternion (x y z w) by a rotation vector on its left, at zero: that of (w / 2, 1) q. */
+/** Derivative of a quaternion (x y z w) by a rotation vector on its left, at zero: that of (w / 2,
+ *  1) q. */
 Eigen::Matrix<double, 4, 3>
 quaternionByRotation(const double* block)
 {
@@ -119,20 +120,18 @@ PoseManifold::MinusJacobian(const double* x, double* jacobian) const
 }
 
 void
-PixelResidual::linearise(const double* const* parameters,
-                         double* residuals,
+PixelResidual::linearise(const double* const* parameters, double* residuals,
                          double** jacobians) const
 {
   const Eigen::Matrix3d rotation = rotationOf(parameters[0]).toRotationMatrix();
   const Eigen::Vector3d rotated = rotation * Eigen::Map<const Eigen::Vector3d>(parameters[1]);
-  const MeasurementModel model(
-      image_.camera, Eigen::Map<const CalibrationVector>(parameters[2]), image_.motion);
+  const MeasurementModel model(image_.camera, Eigen::Map<const CalibrationVector>(parameters[2]),
+                               image_.motion);
   Eigen::Matrix<double, 2, 3> by_point;
   CalibrationRows2 by_calibration;
-  const Eigen::Vector2d predicted = model.pixel(rotated + translationOf(parameters[0]),
-                                                pixel_.y(),
-                                                jacobians ? &by_point : nullptr,
-                                                jacobians && jacobians[2] ? &by_calibration : nullptr);
+  const Eigen::Vector2d predicted = model.pixel(
+      rotated + translationOf(parameters[0]), pixel_.y(), jacobians ? &by_point : nullptr,
+      jacobians && jacobians[2] ? &by_calibration : nullptr);
   Eigen::Map<Eigen::Vector2d>{residuals} = weight_ * (predicted - pixel_);
   if (!jacobians)
     return;
@@ -148,8 +147,7 @@ PixelResidual::linearise(const double* const* parameters,
 }
 
 void
-DepthResidual::linearise(const double* const* parameters,
-                         double* residuals,
+DepthResidual::linearise(const double* const* parameters, double* residuals,
                          double** jacobians) const
 {
   const Eigen::Matrix3d rotation = rotationOf(parameters[0]).toRotationMatrix();
@@ -160,18 +158,16 @@ DepthResidual::linearise(const double* const* parameters,
                               calibration[int(CalibrationParameter::DEPTH_SHIFT_Y)]);
   Eigen::RowVector3d by_point, by_error;
   CalibrationRow by_calibration;
-  const double predicted = model.depth(rotated + translationOf(parameters[0]),
-                                       pixel_,
-                                       Eigen::Map<const DepthError>(parameters[3]),
-                                       noise_,
-                                       jacobians ? &by_point : nullptr,
-                                       jacobians && jacobians[2] ? &by_calibration : nullptr,
-                                       jacobians ? &by_error : nullptr);
+  const double predicted = model.depth(
+      rotated + translationOf(parameters[0]), pixel_, Eigen::Map<const DepthError>(parameters[3]),
+      noise_, jacobians ? &by_point : nullptr,
+      jacobians && jacobians[2] ? &by_calibration : nullptr, jacobians ? &by_error : nullptr);
   residuals[0] = weight_ * (predicted - depth_ - slope_.dot(shift));
   if (!jacobians)
     return;
   if (jacobians[0])
-    Eigen::Map<Eigen::Matrix<double, 1, 6>>{jacobians[0]} = weight_ * by_point * pointByMotion(rotated);
+    Eigen::Map<Eigen::Matrix<double, 1, 6>>{jacobians[0]} =
+        weight_ * by_point * pointByMotion(rotated);
   if (jacobians[1])
     Eigen::Map<Eigen::RowVector3d>{jacobians[1]} = weight_ * by_point * rotation;
   if (jacobians[2]) {
@@ -183,10 +179,8 @@ DepthResidual::linearise(const double* const* parameters,
     Eigen::Map<Eigen::RowVector3d>{jacobians[3]} = weight_ * by_error;
 }
 
-ObservationResiduals::ObservationResiduals(const ImageMeasurement& image,
-                                           const Features& features,
-                                           int feature,
-                                           const DepthNoise* noise)
+ObservationResiduals::ObservationResiduals(const ImageMeasurement& image, const Features& features,
+                                           int feature, const DepthNoise* noise)
 : pixel(std::make_unique<PixelResidual>(image, features, feature))
 {
   if (noise && features.hasDepth(feature))
@@ -205,24 +199,26 @@ ObservationResiduals::cost(const double* const* blocks, double loss_scale) const
 }
 
 ObservationRows
-ObservationResiduals::linearise(const double* const* blocks, double loss_scale, bool by_calibration) const
+ObservationResiduals::linearise(const double* const* blocks, double loss_scale,
+                                bool by_calibration) const
 {
   ObservationRows rows;
   Eigen::Matrix<double, 3, 6, Eigen::RowMajor> by_motion = Eigen::Matrix<double, 3, 6>::Zero();
   Eigen::Matrix<double, 3, 3, Eigen::RowMajor> by_point = Eigen::Matrix3d::Zero();
   Eigen::RowVector3d by_error = Eigen::RowVector3d::Zero();
-  double* of_pixel[] = {
-      by_motion.data(), by_point.data(), by_calibration ? rows.by_calibration.data() : nullptr};
+  double* of_pixel[] = {by_motion.data(), by_point.data(),
+                        by_calibration ? rows.by_calibration.data() : nullptr};
   pixel->linearise(blocks, rows.residual.data(), of_pixel);
   if (depth) {
-    double* of_depth[] = {by_motion.row(2).data(),
-                          by_point.row(2).data(),
+    double* of_depth[] = {by_motion.row(2).data(), by_point.row(2).data(),
                           by_calibration ? rows.by_calibration.row(2).data() : nullptr,
                           by_error.data()};
     depth->linearise(blocks, &rows.residual[2], of_depth);
   }
-  const double pixel_weight = std::sqrt(robustWeight(rows.residual.head<2>().squaredNorm(), loss_scale));
-  const double depth_weight = std::sqrt(robustWeight(rows.residual[2] * rows.residual[2], loss_scale));
+  const double pixel_weight =
+      std::sqrt(robustWeight(rows.residual.head<2>().squaredNorm(), loss_scale));
+  const double depth_weight =
+      std::sqrt(robustWeight(rows.residual[2] * rows.residual[2], loss_scale));
   const Eigen::Vector3d weights(pixel_weight, pixel_weight, depth_weight);
   rows.residual = weights.cwiseProduct(rows.residual);
   rows.by_image.leftCols<6>() = weights.asDiagonal() * by_motion;
@@ -239,13 +235,12 @@ RelativePoseResidual::RelativePoseResidual(const Pose& first_from_second,
 {
   // Not a Cholesky factor: the information may be singular along free directions.
   const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(information);
-  root_ = eigen.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal() *
-          eigen.eigenvectors().transpose();
+  root_ =
+      eigen.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal() * eigen.eigenvectors().transpose();
 }
 
 void
-RelativePoseResidual::linearise(const double* const* parameters,
-                                double* residuals,
+RelativePoseResidual::linearise(const double* const* parameters, double* residuals,
                                 double** jacobians) const
 {
   const auto q1 = rotationOf(parameters[0]), q2 = rotationOf(parameters[1]);
@@ -260,8 +255,8 @@ RelativePoseResidual::linearise(const double* const* parameters,
   if (!jacobians)
     return;
 
-  // A motion (w, v) on the left of the relative pose turns the error's rotation and adds w x t + v to
-  // its translation t.
+  // A motion (w, v) on the left of the relative pose turns the error's rotation and adds w x t + v
+  // to its translation t.
   Matrix6d by_left = Matrix6d::Identity();
   by_left.topLeftCorner<3, 3>() = rotationByLeft(error.head<3>());
   by_left.bottomLeftCorner<3, 3>() = -crossMatrix(error.tail<3>());

@@ -61,8 +61,9 @@ public:
   MinusJacobian(const double* x, double* jacobian) const override;
 };
 
-/** A cost function of PoseBlocks, those of its blocks that have seven numbers, and of others. Ceres asks
- *  for derivatives by these seven, the library's own solvers for those by the pose's motion. */
+/** A cost function of PoseBlocks, those of its blocks that have seven numbers, and of others. Ceres
+ *  asks for derivatives by these seven, the library's own solvers for those by the pose's motion.
+ *  */
 template <int ROWS, int... SIZES>
 class PoseResidual : public ceres::SizedCostFunction<ROWS, SIZES...> {
 public:
@@ -101,9 +102,8 @@ struct ImageMeasurement {
 class PixelResidual final : public PoseResidual<2, 7, 3, NUM_CALIBRATION_PARAMETERS> {
 public:
   PixelResidual(const ImageMeasurement& image, const Features& features, int feature)
-  : image_(image)
-  , pixel_(features.pixels[feature].cast<double>())
-  , weight_(1 / features.pixel_sigmas[feature])
+  : image_(image), pixel_(features.pixels[feature].cast<double>()),
+    weight_(1 / features.pixel_sigmas[feature])
   {
   }
   void
@@ -120,16 +120,11 @@ private:
  *  would improve by shrinking alone. Blocks: pose, point in the world, calibration, DepthError. */
 class DepthResidual final : public PoseResidual<1, 7, 3, NUM_CALIBRATION_PARAMETERS, 3> {
 public:
-  DepthResidual(const ImageMeasurement& image,
-                const DepthNoise& noise,
-                const Features& features,
+  DepthResidual(const ImageMeasurement& image, const DepthNoise& noise, const Features& features,
                 int feature)
-  : image_(image)
-  , noise_(noise)
-  , pixel_(features.pixels[feature].cast<double>())
-  , slope_(features.depthSlope(feature).cast<double>())
-  , depth_(features.depths[feature])
-  , weight_(1 / features.depth_sigmas[feature])
+  : image_(image), noise_(noise), pixel_(features.pixels[feature].cast<double>()),
+    slope_(features.depthSlope(feature).cast<double>()), depth_(features.depths[feature]),
+    weight_(1 / features.depth_sigmas[feature])
   {
   }
   void
@@ -148,7 +143,8 @@ private:
  *  its robust weight: two rows for the pixel, one for the depth. */
 struct ObservationRows {
   Eigen::Vector3d residual = Eigen::Vector3d::Zero();
-  Eigen::Matrix<double, 3, 9> by_image = Eigen::Matrix<double, 3, 9>::Zero(); ///< motion, depth error
+  Eigen::Matrix<double, 3, 9> by_image =
+      Eigen::Matrix<double, 3, 9>::Zero(); ///< motion, depth error
   Eigen::Matrix3d by_point = Eigen::Matrix3d::Zero();
   Eigen::Matrix<double, 3, NUM_CALIBRATION_PARAMETERS, Eigen::RowMajor> by_calibration =
       Eigen::Matrix<double, 3, NUM_CALIBRATION_PARAMETERS, Eigen::RowMajor>::Zero();
@@ -161,9 +157,7 @@ struct ObservationResiduals {
   std::unique_ptr<DepthResidual> depth; ///< null where none was measured
 
   /** \param noise null when measured depth takes no part */
-  ObservationResiduals(const ImageMeasurement& image,
-                       const Features& features,
-                       int feature,
+  ObservationResiduals(const ImageMeasurement& image, const Features& features, int feature,
                        const DepthNoise* noise);
 
   /** Sum of the squared residuals under the Cauchy loss. */

@@ -16,8 +16,8 @@ namespace {
 
 using P = CalibrationParameter;
 
-/** Held-back observations have a hold on poses and points that were fitted to them, too: what is left of
- *  it must be far less than the gains that are compared. */
+/** Held-back observations have a hold on poses and points that were fitted to them, too: what is
+ *  left of it must be far less than the gains that are compared. */
 constexpr double FUNCTION_TOLERANCE = 1e-7;
 
 std::vector<CalibrationTest>
@@ -83,18 +83,15 @@ struct Trial {
 
 class SelfCalibration {
 public:
-  SelfCalibration(const ImageGraph& graph,
-                  const std::vector<std::size_t>& images,
-                  const BundleAdjustmentOptions& adjustment,
-                  const SelfCalibrationOptions& options)
+  SelfCalibration(const ImageGraph& graph, const std::vector<std::size_t>& images,
+                  const BundleAdjustmentOptions& adjustment, const SelfCalibrationOptions& options)
   : graph_(graph), adjustment_(adjustment), options_(options)
   {
     problem_.variable = images;
     problem_.hold_back = true;
     problem_.min_track_length = options.min_track_length;
     adjustment_.max_iterations = options.max_iterations;
-    adjustment_.function_tolerance =
-        std::min(adjustment_.function_tolerance, FUNCTION_TOLERANCE);
+    adjustment_.function_tolerance = std::min(adjustment_.function_tolerance, FUNCTION_TOLERANCE);
   }
 
   SelfCalibrationResult
@@ -108,8 +105,8 @@ private:
   add(const CalibrationTest& test, BundleAdjustmentProblem& problem)
   {
     problem.depth_errors |= test.parameters.empty();
-    problem.calibrated.insert(
-        problem.calibrated.end(), test.parameters.begin(), test.parameters.end());
+    problem.calibrated.insert(problem.calibrated.end(), test.parameters.begin(),
+                              test.parameters.end());
   }
 
   bool
@@ -132,8 +129,7 @@ SelfCalibration::tryOut(const SparseModel& model, const CalibrationTest& test) c
   BundleAdjustmentProblem problem = problem_;
   add(test, problem);
   adjustBundle(graph_, problem, adjustment_, trial.model);
-  const std::vector<double> cost =
-      heldBackCost(graph_, problem, adjustment_, trial.model);
+  const std::vector<double> cost = heldBackCost(graph_, problem, adjustment_, trial.model);
   // Observations of one image share its pose and are not independent: images count as samples.
   double sum = 0, sum2 = 0, total = 0;
   for (std::size_t i = 0; i < cost.size(); ++i) {
@@ -162,9 +158,8 @@ SelfCalibration::run(SparseModel& model)
       if (!result.tests[t].applied)
         open.push_back(t);
     std::vector<Trial> trials(open.size());
-    parallelFor(open.size(), options_.num_threads, {}, [&](std::size_t k) {
-      trials[k] = tryOut(model, result.tests[open[k]]);
-    });
+    parallelFor(open.size(), options_.num_threads, {},
+                [&](std::size_t k) { trials[k] = tryOut(model, result.tests[open[k]]); });
     std::size_t best = open.size();
     for (std::size_t k = 0; k < open.size(); ++k) {
       CalibrationTest& test = result.tests[open[k]];
@@ -207,10 +202,8 @@ SelfCalibrationOptions::isValid(std::string* error) const
 }
 
 SelfCalibrationResult
-selfCalibrate(const ImageGraph& graph,
-              const std::vector<std::size_t>& images,
-              const BundleAdjustmentOptions& adjustment,
-              const SelfCalibrationOptions& options,
+selfCalibrate(const ImageGraph& graph, const std::vector<std::size_t>& images,
+              const BundleAdjustmentOptions& adjustment, const SelfCalibrationOptions& options,
               SparseModel& model)
 {
   std::string error;
@@ -220,8 +213,8 @@ selfCalibrate(const ImageGraph& graph,
   untested.tests = candidates(options);
   if (untested.tests.empty() || images.size() < options.min_images)
     return untested;
-  return SelfCalibration(
-             graph, wellConnected(model, images, options.max_images), adjustment, options)
+  return SelfCalibration(graph, wellConnected(model, images, options.max_images), adjustment,
+                         options)
       .run(model);
 }
 

@@ -20,7 +20,9 @@ TrackOptions::isValid(std::string* error) const
   return false;
 }
 
-SparseModel::SparseModel(std::size_t num_images) : images_(num_images) {}
+SparseModel::SparseModel(std::size_t num_images) : images_(num_images)
+{
+}
 
 void
 SparseModel::resize(std::size_t num_images)
@@ -46,10 +48,8 @@ SparseModel::registerImage(std::size_t image, const Pose& world_from_camera, int
 }
 
 void
-SparseModel::registerImage(const ImageGraph& graph,
-                           std::size_t image,
-                           const Pose& world_from_camera,
-                           int component,
+SparseModel::registerImage(const ImageGraph& graph, std::size_t image,
+                           const Pose& world_from_camera, int component,
                            const TrackOptions& options)
 {
   registerImage(image, world_from_camera, component);
@@ -65,19 +65,14 @@ SparseModel::extendTracks(const ImageGraph& graph, std::size_t image, const Trac
       continue;
     const bool is_first = edge.pair->first == image;
     for (const FeatureMatch& match : edge.pair->matches)
-      joinMatch(graph,
-                {image, is_first ? match.first : match.second},
-                {edge.neighbour, is_first ? match.second : match.first},
-                options);
+      joinMatch(graph, {image, is_first ? match.first : match.second},
+                {edge.neighbour, is_first ? match.second : match.first}, options);
   }
 }
 
 void
-SparseModel::joinMatches(const ImageGraph& graph,
-                         std::size_t first,
-                         std::size_t second,
-                         const std::vector<FeatureMatch>& matches,
-                         const TrackOptions& options)
+SparseModel::joinMatches(const ImageGraph& graph, std::size_t first, std::size_t second,
+                         const std::vector<FeatureMatch>& matches, const TrackOptions& options)
 {
   if (images_[first].points.empty() || images_[second].points.empty())
     return;
@@ -100,9 +95,7 @@ SparseModel::rebuildTracks(const ImageGraph& graph, int component, const TrackOp
 }
 
 void
-SparseModel::joinMatch(const ImageGraph& graph,
-                       const Observation& added,
-                       const Observation& known,
+SparseModel::joinMatch(const ImageGraph& graph, const Observation& added, const Observation& known,
                        const TrackOptions& options)
 {
   const int own = pointOf(added.image, added.feature);
@@ -120,15 +113,14 @@ SparseModel::joinMatch(const ImageGraph& graph,
     const int point = own >= 0 ? own : other;
     const Observation& joining = own >= 0 ? known : added;
     const auto& track = points_[point].track;
-    const bool seen = std::any_of(track.begin(), track.end(), [&](const Observation& o) {
-      return o.image == joining.image;
-    });
+    const bool seen = std::any_of(track.begin(), track.end(),
+                                  [&](const Observation& o) { return o.image == joining.image; });
     if (!seen && agrees(graph, *this, joining, points_[point].position, options))
       addObservation(graph, point, joining);
     return;
   }
-  const Eigen::Vector3d middle = 0.5 * (measuredPoint(graph, *this, added) +
-                                        measuredPoint(graph, *this, known));
+  const Eigen::Vector3d middle =
+      0.5 * (measuredPoint(graph, *this, added) + measuredPoint(graph, *this, known));
   if (!agrees(graph, *this, added, middle, options) ||
       !agrees(graph, *this, known, middle, options))
     return;
@@ -230,8 +222,7 @@ SparseModel::transform(int component, const Pose& new_from_old)
 }
 
 Eigen::Vector3d
-measuredPointInCamera(const ImageGraph& graph,
-                      const SparseModel& model,
+measuredPointInCamera(const ImageGraph& graph, const SparseModel& model,
                       const Observation& observation)
 {
   const Features& features = graph.features(observation.image);
@@ -241,12 +232,10 @@ measuredPointInCamera(const ImageGraph& graph,
   const Calibration& calibration = model.calibration();
   const Eigen::Vector2d shift(calibration[CalibrationParameter::DEPTH_SHIFT_X],
                               calibration[CalibrationParameter::DEPTH_SHIFT_Y]);
-  const double z = correctedDepth(features.depths[j] + features.depthSlope(j).cast<double>().dot(shift),
-                                  (pixel.x() - camera.cx) / camera.fx,
-                                  (pixel.y() - camera.cy) / camera.fy,
-                                  calibration,
-                                  model.depthError(observation.image),
-                                  graph.camera().depth_noise);
+  const double z =
+      correctedDepth(features.depths[j] + features.depthSlope(j).cast<double>().dot(shift),
+                     (pixel.x() - camera.cx) / camera.fx, (pixel.y() - camera.cy) / camera.fy,
+                     calibration, model.depthError(observation.image), graph.camera().depth_noise);
   const MeasurementModel measurement(camera, calibration.values, model.motion(observation.image));
   return measurement.unproject(pixel, z);
 }
@@ -259,26 +248,22 @@ measuredPoint(const ImageGraph& graph, const SparseModel& model, const Observati
 }
 
 bool
-agrees(const ImageGraph& graph,
-       const SparseModel& model,
-       const Observation& observation,
-       const Eigen::Vector3d& point,
-       const TrackOptions& options)
+agrees(const ImageGraph& graph, const SparseModel& model, const Observation& observation,
+       const Eigen::Vector3d& point, const TrackOptions& options)
 {
   const Features& features = graph.features(observation.image);
   const std::size_t j = std::size_t(observation.feature);
-  const Eigen::Vector3d in_camera =
-      model.worldFromCamera(observation.image).inverse() * point;
+  const Eigen::Vector3d in_camera = model.worldFromCamera(observation.image).inverse() * point;
   if (!(in_camera.z() > 0))
     return false;
   const Eigen::Vector2d pixel = features.pixels[j].cast<double>();
-  const MeasurementModel measurement(
-      graph.camera(), model.calibration().values, model.motion(observation.image));
+  const MeasurementModel measurement(graph.camera(), model.calibration().values,
+                                     model.motion(observation.image));
   const double pixel_error = (measurement.pixel(in_camera, pixel.y()) - pixel).norm();
-  const double depth_error = std::abs(
-      measurement.depth(
-          in_camera, pixel, model.depthError(observation.image), graph.camera().depth_noise) -
-      features.depths[j]);
+  const double depth_error =
+      std::abs(measurement.depth(in_camera, pixel, model.depthError(observation.image),
+                                 graph.camera().depth_noise) -
+               features.depths[j]);
   return pixel_error < options.max_pixel_error * std::max(1.0f, features.pixel_sigmas[j]) &&
          depth_error < options.max_sigmas * features.depth_sigmas[j];
 }

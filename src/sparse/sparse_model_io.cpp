@@ -33,9 +33,7 @@ toPointCloud(const ImageGraph& graph, const SparseModel& model, int component, b
 }
 
 void
-writeSparseModel(const std::string& path,
-                 const ImageGraph& graph,
-                 const SparseModel& model,
+writeSparseModel(const std::string& path, const ImageGraph& graph, const SparseModel& model,
                  int component)
 {
   pcl::PolygonMesh cloud;

@@ -46,9 +46,7 @@ struct State {
   move(const StateVector& error)
   {
     const Eigen::Vector3d position = pose.translation() + error.segment<3>(3);
-    pose =
-        increment((Vector6d() << error.head<3>(), Eigen::Vector3d::Zero()).finished()) *
-        pose;
+    pose = increment((Vector6d() << error.head<3>(), Eigen::Vector3d::Zero()).finished()) * pose;
     pose.translation() = position;
     velocity += error.tail<6>();
   }
@@ -67,8 +65,7 @@ difference(const Pose& to, const Pose& from)
 
 struct Step {
   State state, predicted;
-  StateMatrix covariance = StateMatrix::Zero(),
-              predicted_covariance = StateMatrix::Zero();
+  StateMatrix covariance = StateMatrix::Zero(), predicted_covariance = StateMatrix::Zero();
   double dt = 0;
 };
 
@@ -82,9 +79,8 @@ transition(double dt)
 
 /** Filters forwards. \return the logarithm of the likelihood, up to a constant */
 double
-filter(const std::vector<PoseMeasurement>& measurements,
-       const std::vector<double>& weights, const MotionPrior& prior,
-       std::vector<Step>& steps)
+filter(const std::vector<PoseMeasurement>& measurements, const std::vector<double>& weights,
+       const MotionPrior& prior, std::vector<Step>& steps)
 {
   Vector6d density;
   density << Eigen::Vector3d::Constant(prior.rotation),
@@ -98,15 +94,13 @@ filter(const std::vector<PoseMeasurement>& measurements,
       step.state = {measurements[k].world_from_camera, Vector6d::Zero()};
       step.covariance.setZero();
       step.covariance.topLeftCorner<6, 6>() = noise;
-      step.covariance.bottomRightCorner<6, 6>().diagonal().setConstant(
-          VELOCITY_VARIANCE);
+      step.covariance.bottomRightCorner<6, 6>().diagonal().setConstant(VELOCITY_VARIANCE);
       continue;
     }
     const Step& last = steps[k - 1];
     const double dt = step.dt = measurements[k].time - measurements[k - 1].time;
     step.predicted = last.state;
-    step.predicted.move(
-        (StateVector() << dt * last.state.velocity, Vector6d::Zero()).finished());
+    step.predicted.move((StateVector() << dt * last.state.velocity, Vector6d::Zero()).finished());
     const StateMatrix forwards = transition(dt);
     StateMatrix covariance = forwards * last.covariance * forwards.transpose();
     covariance.topLeftCorner<6, 6>().diagonal() += density * (dt * dt * dt / 3);
@@ -115,14 +109,12 @@ filter(const std::vector<PoseMeasurement>& measurements,
     covariance.bottomRightCorner<6, 6>().diagonal() += density * dt;
     step.predicted_covariance = covariance;
 
-    const Vector6d innovation =
-        difference(measurements[k].world_from_camera, step.predicted.pose);
+    const Vector6d innovation = difference(measurements[k].world_from_camera, step.predicted.pose);
     const Matrix6d innovation_covariance = covariance.topLeftCorner<6, 6>() + noise;
     const Eigen::LDLT<Matrix6d> ldlt(innovation_covariance);
     likelihood -= 0.5 * (innovation.dot(ldlt.solve(innovation)) +
                          ldlt.vectorD().array().max(1e-300).log().sum());
-    const Eigen::Matrix<double, 12, 6> gain =
-        ldlt.solve(covariance.topRows<6>()).transpose();
+    const Eigen::Matrix<double, 12, 6> gain = ldlt.solve(covariance.topRows<6>()).transpose();
     step.state = step.predicted;
     step.state.move(gain * innovation);
     covariance -= gain * covariance.topRows<6>().eval();
@@ -149,20 +141,17 @@ smooth(std::vector<Step>& steps)
 
 /** Of the prior, given the measurements. */
 double
-logLikelihood(const std::vector<PoseMeasurement>& measurements,
-              const MotionPrior& prior)
+logLikelihood(const std::vector<PoseMeasurement>& measurements, const MotionPrior& prior)
 {
   std::vector<Step> steps;
   const double surprise = std::log(prior.noise) / NOISE_DEVIATION;
-  return filter(measurements, std::vector<double>(measurements.size(), 1), prior,
-                steps) -
+  return filter(measurements, std::vector<double>(measurements.size(), 1), prior, steps) -
          0.5 * surprise * surprise;
 }
 
 template <class Function>
 double
-goldenSectionMaximum(const Function& function, double low, double high,
-                     double precision)
+goldenSectionMaximum(const Function& function, double low, double high, double precision)
 {
   const double ratio = (std::sqrt(5.0) - 1) / 2;
   double left = high - ratio * (high - low), right = low + ratio * (high - low);
@@ -204,8 +193,7 @@ estimateMotionPrior(const std::vector<PoseMeasurement>& measurements)
 }
 
 std::vector<Pose>
-smoothTrajectory(const std::vector<PoseMeasurement>& measurements,
-                 const MotionPrior& prior)
+smoothTrajectory(const std::vector<PoseMeasurement>& measurements, const MotionPrior& prior)
 {
   std::vector<Step> steps;
   std::vector<double> weights(measurements.size(), 1);
@@ -213,8 +201,7 @@ smoothTrajectory(const std::vector<PoseMeasurement>& measurements,
     filter(measurements, weights, prior, steps);
     smooth(steps);
     for (std::size_t k = 0; k < steps.size(); ++k) {
-      const Vector6d error =
-          difference(measurements[k].world_from_camera, steps[k].state.pose);
+      const Vector6d error = difference(measurements[k].world_from_camera, steps[k].state.pose);
       const double squared =
           error.dot(measurements[k].covariance.ldlt().solve(error)) / (6 * prior.noise);
       weights[k] = 1 / (1 + squared / (LOSS_SCALE * LOSS_SCALE));

@@ -37,7 +37,6 @@ estimateMotionPrior(const std::vector<PoseMeasurement>& measurements);
  * (AIAA Journal 3(8), 1965). Measurements that disagree with the others' motion count
  * less, by the Cauchy loss. */
 std::vector<Pose>
-smoothTrajectory(const std::vector<PoseMeasurement>& measurements,
-                 const MotionPrior& prior);
+smoothTrajectory(const std::vector<PoseMeasurement>& measurements, const MotionPrior& prior);
 
 } // namespace bundle_icp

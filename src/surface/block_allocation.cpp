@@ -35,8 +35,7 @@ public:
   }
 
 private:
-  std::array<std::uint64_t, 256>
-      recent_{}; // key 0 is the outermost corner of the space
+  std::array<std::uint64_t, 256> recent_{}; // key 0 is the outermost corner of the space
   std::vector<std::uint64_t> keys_;
 };
 
@@ -44,8 +43,8 @@ private:
 class BlockLimits {
 public:
   explicit BlockLimits(const TSDFOptions& options)
-      : low_(Eigen::Vector3i::Constant(-VoxelBlockMap::limit + 1)),
-        high_(Eigen::Vector3i::Constant(VoxelBlockMap::limit - 2))
+  : low_(Eigen::Vector3i::Constant(-VoxelBlockMap::limit + 1)),
+    high_(Eigen::Vector3i::Constant(VoxelBlockMap::limit - 2))
   {
     if (!options.region)
       return;
@@ -66,8 +65,7 @@ public:
   bool
   boundsContain(const Eigen::Vector3i& block) const
   {
-    return (block.array() >= low_.array()).all() &&
-           (block.array() <= high_.array()).all();
+    return (block.array() >= low_.array()).all() && (block.array() <= high_.array()).all();
   }
 
   /** Two boxes are apart when an axis of one, or the product of an axis of each,
@@ -82,8 +80,7 @@ public:
     const Eigen::Vector3d apart = block.cast<double>() + Eigen::Vector3d::Constant(0.5) -
                                   region_->world_from_box.translation();
     const auto separates = [&](const Eigen::Vector3d& axis) {
-      const double reach =
-          0.5 * axis.lpNorm<1>() + half.dot((axes.transpose() * axis).cwiseAbs());
+      const double reach = 0.5 * axis.lpNorm<1>() + half.dot((axes.transpose() * axis).cwiseAbs());
       return std::abs(apart.dot(axis)) > reach;
     };
     for (int i = 0; i < 3; ++i) {
@@ -104,8 +101,8 @@ private:
 // Visits the blocks on a segment from one to the next across the nearest face
 // (Amanatides and Woo, 1987). Coordinates are in blocks.
 void
-walkSegment(const Eigen::Vector3d& begin, const Eigen::Vector3d& end,
-            const BlockLimits& limits, KeyCollector& keys)
+walkSegment(const Eigen::Vector3d& begin, const Eigen::Vector3d& end, const BlockLimits& limits,
+            KeyCollector& keys)
 {
   Eigen::Vector3i block = begin.array().floor().cast<int>();
   const Eigen::Vector3i last = end.array().floor().cast<int>();
@@ -149,7 +146,8 @@ sampleStep(const DepthSamples& samples, int u0, int v0, double block_size)
  *  truncation, as where something thin is seen before something far. */
 template <typename Visit>
 void
-visitLayers(const DepthSamples& samples, int u0, int v0, int step, float truncation, const Visit& visit)
+visitLayers(const DepthSamples& samples, int u0, int v0, int step, float truncation,
+            const Visit& visit)
 {
   const auto depthAt = [&samples](int u, int v) {
     const std::size_t pixel = std::size_t(v) * samples.camera.width + u;
@@ -186,8 +184,8 @@ patchBlocks(const DepthSamples& samples, int u0, int v0, const Pose& blocks_from
   const auto walkBand = [&](int u, int v) {
     const double z = samples.depth[std::size_t(v) * camera.width + u];
     const Eigen::Vector3d ray = rotation * camera.unproject(u, v, 1);
-    walkSegment(origin + (z - options.truncation) * ray,
-                origin + (z + options.truncation) * ray, limits, keys);
+    walkSegment(origin + (z - options.truncation) * ray, origin + (z + options.truncation) * ray,
+                limits, keys);
   };
   const auto truncation = static_cast<float>(options.truncation);
   for (int v = v0; v < std::min(v0 + patch, camera.height); v += step)
@@ -207,7 +205,7 @@ patchBlocks(const DepthSamples& samples, int u0, int v0, const Pose& blocks_from
 class DepthRanges {
 public:
   explicit DepthRanges(const DepthSamples& samples)
-      : columns_(samples.tiles_x), rows_(samples.tiles_y), levels_{samples.depth_range}
+  : columns_(samples.tiles_x), rows_(samples.tiles_y), levels_{samples.depth_range}
   {
     for (int edge = 1; 2 * edge <= std::max(columns_, rows_); edge *= 2) {
       const std::vector<Eigen::Vector2f>& finer = levels_.back();
@@ -258,8 +256,8 @@ class VisibilityTest {
 public:
   VisibilityTest(const DepthSamples& samples, const Pose& camera_from_world,
                  const TSDFOptions& options)
-      : camera_(samples.camera), ranges_(samples), camera_from_world_(camera_from_world),
-        options_(options), block_size_(options.voxel_size * block_edge)
+  : camera_(samples.camera), ranges_(samples), camera_from_world_(camera_from_world),
+    options_(options), block_size_(options.voxel_size * block_edge)
   {
     // The outermost voxels, as seen from the first.
     const Eigen::Matrix3d edges =
@@ -286,7 +284,8 @@ public:
       return 0;
     const Eigen::Array2i first = tileOf(seen.min()), last = tileOf(seen.max());
     const Eigen::Vector2f range = ranges_.over(first.x(), first.y(), last.x(), last.y());
-    const float reach = range.y() + static_cast<float>(reachBehind(options_, camera_.depth_noise, range.y()));
+    const float reach =
+        range.y() + static_cast<float>(reachBehind(options_, camera_.depth_noise, range.y()));
     const bool reaches =
         reach > nearest && (free_space_matters || range.x() - options_.truncation < farthest);
     return reaches ? reach : 0;
@@ -332,15 +331,15 @@ findBandBlocks(const DepthSamples& samples, const Pose& world_from_camera,
   // The first voxel's centre is the block's origin, so its cube reaches half a voxel
   // lower.
   Pose blocks_from_camera = world_from_camera;
-  blocks_from_camera.translation() = world_from_camera.translation() / block_size +
-                                     Eigen::Vector3d::Constant(0.5 / block_edge);
+  blocks_from_camera.translation() =
+      world_from_camera.translation() / block_size + Eigen::Vector3d::Constant(0.5 / block_edge);
   const int across = (samples.camera.width + patch - 1) / patch;
   const int down = (samples.camera.height + patch - 1) / patch;
   std::vector<std::vector<std::uint64_t>> found(std::size_t(across) * down);
 #pragma omp parallel for schedule(dynamic) num_threads(num_threads)
   for (int i = 0; i < across * down; ++i)
-    found[i] = patchBlocks(samples, i % across * patch, i / across * patch,
-                           blocks_from_camera, options, limits, block_size);
+    found[i] = patchBlocks(samples, i % across * patch, i / across * patch, blocks_from_camera,
+                           options, limits, block_size);
   std::vector<std::uint64_t> keys;
   for (const auto& part : found)
     keys.insert(keys.end(), part.begin(), part.end());
@@ -349,8 +348,7 @@ findBandBlocks(const DepthSamples& samples, const Pose& world_from_camera,
 
 std::vector<VisibleBlock>
 findVisibleBlocks(const VoxelBlockMap& blocks, const DepthSamples& samples,
-                  const Pose& camera_from_world, const TSDFOptions& options,
-                  int num_threads)
+                  const Pose& camera_from_world, const TSDFOptions& options, int num_threads)
 {
   const VisibilityTest reachOf(samples, camera_from_world, options);
   std::vector<float> reach(blocks.size());

@@ -21,7 +21,6 @@ struct VisibleBlock {
 
 std::vector<VisibleBlock>
 findVisibleBlocks(const VoxelBlockMap& blocks, const DepthSamples& samples,
-                  const Pose& camera_from_world, const TSDFOptions& options,
-                  int num_threads);
+                  const Pose& camera_from_world, const TSDFOptions& options, int num_threads);
 
 } // namespace bundle_icp

@@ -22,8 +22,8 @@ enum VoxelState : std::uint8_t { UNKNOWN = 0, OUTSIDE = 1, INSIDE = 2 };
 
 // States of the voxels [0, 8] along each axis.
 void
-readStates(const VoxelBlockMap& blocks, const BlockNeighbors& neighbors,
-           int min_weight_code, float level, std::uint8_t* states)
+readStates(const VoxelBlockMap& blocks, const BlockNeighbors& neighbors, int min_weight_code,
+           float level, std::uint8_t* states)
 {
   for (int z = 0; z <= block_edge; ++z)
     for (int y = 0; y <= block_edge; ++y)
@@ -34,8 +34,7 @@ readStates(const VoxelBlockMap& blocks, const BlockNeighbors& neighbors,
           const VoxelBlock& block = blocks[number];
           const int voxel = voxelIndex(x & 7, y & 7, z & 7);
           if (block.weight[voxel] >= min_weight_code)
-            state =
-                static_cast<float>(block.distance[voxel]) < level ? INSIDE : OUTSIDE;
+            state = static_cast<float>(block.distance[voxel]) < level ? INSIDE : OUTSIDE;
         }
         states[paddedIndex(x, y, z)] = state;
       }
@@ -47,8 +46,7 @@ cellCase(const std::uint8_t* states, int x, int y, int z)
   int inside = 0;
   for (int corner = 0; corner < 8; ++corner) {
     const auto offset = cellCorner(corner);
-    const std::uint8_t state =
-        states[paddedIndex(x + offset[0], y + offset[1], z + offset[2])];
+    const std::uint8_t state = states[paddedIndex(x + offset[0], y + offset[1], z + offset[2])];
     if (state == UNKNOWN)
       return 0;
     inside |= (state == INSIDE ? 1 : 0) << corner;
@@ -66,15 +64,13 @@ numTriangles(std::uint8_t cell_case)
 }
 
 std::unique_ptr<BlockSurface>
-findCases(const VoxelBlockMap& blocks, std::size_t index, int min_weight_code,
-          float level)
+findCases(const VoxelBlockMap& blocks, std::size_t index, int min_weight_code, float level)
 {
   const BlockNeighbors neighbors = neighborsOf(blocks, index, 0, 1);
   std::unique_ptr<BlockSurface> surface;
   const bool any_inside =
-      level > 0 || std::any_of(neighbors.begin(), neighbors.end(), [&](std::int64_t i) {
-        return i >= 0 && blocks.mayHoldSurface(i);
-      });
+      level > 0 || std::any_of(neighbors.begin(), neighbors.end(),
+                               [&](std::int64_t i) { return i >= 0 && blocks.mayHoldSurface(i); });
   if (!any_inside)
     return surface;
   std::uint8_t states[padded_edge * padded_edge * padded_edge];
@@ -157,14 +153,12 @@ neighborsOf(const VoxelBlockMap& blocks, std::size_t index, int first, int last)
   for (int dz = first; dz <= last; ++dz)
     for (int dy = first; dy <= last; ++dy)
       for (int dx = first; dx <= last; ++dx)
-        neighbors[neighborIndex(dx, dy, dz)] =
-            blocks.indexOf(block + Eigen::Vector3i(dx, dy, dz));
+        neighbors[neighborIndex(dx, dy, dz)] = blocks.indexOf(block + Eigen::Vector3i(dx, dy, dz));
   return neighbors;
 }
 
 BlockSurfaces
-findSurfaces(const VoxelBlockMap& blocks, int min_weight_code, float level,
-             int num_threads)
+findSurfaces(const VoxelBlockMap& blocks, int min_weight_code, float level, int num_threads)
 {
   const auto size = static_cast<std::int64_t>(blocks.size());
   BlockSurfaces surfaces(blocks.size()), edges(blocks.size());

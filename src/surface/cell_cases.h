@@ -31,9 +31,7 @@ cellEdge(int edge)
   const int to = edge < 4 ? (edge + 1) % 4 : edge < 8 ? (edge + 1) % 4 + 4 : edge - 4;
   const auto a = cellCorner(from), b = cellCorner(to);
   const int axis = a[0] != b[0] ? 0 : a[1] != b[1] ? 1 : 2;
-  return {
-      {a[0] < b[0] ? a[0] : b[0], a[1] < b[1] ? a[1] : b[1], a[2] < b[2] ? a[2] : b[2]},
-      axis};
+  return {{a[0] < b[0] ? a[0] : b[0], a[1] < b[1] ? a[1] : b[1], a[2] < b[2] ? a[2] : b[2]}, axis};
 }
 
 constexpr int
@@ -109,7 +107,6 @@ using BlockSurfaces = std::vector<std::unique_ptr<BlockSurface>>;
 /** Finds the cases and edges of all blocks. Voxels with a smaller weight code count as
  *  not observed; `level` is the stored distance that separates inside from outside. */
 BlockSurfaces
-findSurfaces(const VoxelBlockMap& blocks, int min_weight_code, float level,
-             int num_threads);
+findSurfaces(const VoxelBlockMap& blocks, int min_weight_code, float level, int num_threads);
 
 } // namespace bundle_icp

@@ -20,7 +20,8 @@ struct Sample {
 
 using Samples = std::vector<Sample>; ///< of one point
 
-/** The equations grow with the square of a point's samples, what they tell hardly with their number. */
+/** The equations grow with the square of a point's samples, what they tell hardly with their
+ *  number. */
 constexpr std::size_t MAX_SAMPLES = 30;
 
 /** At most MAX_SAMPLES of them, evenly distributed. */
@@ -67,7 +68,8 @@ meanColor(const Samples& samples, const Eigen::VectorXd& gains)
 
 /** Minimises over g; each point's x is eliminated. */
 Eigen::VectorXd
-solveGains(const std::vector<Samples>& points, std::size_t num_frames, const ColorGainOptions& options)
+solveGains(const std::vector<Samples>& points, std::size_t num_frames,
+           const ColorGainOptions& options)
 {
   const double information = 1 / (options.color_sigma * options.color_sigma);
   std::vector<Eigen::Triplet<double>> entries;
@@ -128,8 +130,7 @@ ColorGainOptions::isValid(std::string* error) const
 }
 
 std::vector<Eigen::Vector3f>
-estimateColorGains(const std::vector<ColorObservation>& observations,
-                   std::size_t num_frames,
+estimateColorGains(const std::vector<ColorObservation>& observations, std::size_t num_frames,
                    const ColorGainOptions& options)
 {
   std::string error;
@@ -144,7 +145,8 @@ estimateColorGains(const std::vector<ColorObservation>& observations,
   if (num_frames == 0)
     return gains;
   for (int channel = 0; channel < 3; ++channel) {
-    const Eigen::VectorXd logs = channelGains(samplesOf(observations, channel), num_frames, options);
+    const Eigen::VectorXd logs =
+        channelGains(samplesOf(observations, channel), num_frames, options);
     for (std::size_t frame = 0; frame < num_frames; ++frame)
       gains[frame][channel] = float(std::clamp(std::exp(logs[Eigen::Index(frame)]), 0.05, 20.0));
   }

@@ -48,7 +48,7 @@ struct PaddedImage {
 };
 
 struct PassOptions {
-  int spacing; ///< of the taps [px]
+  int spacing;      ///< of the taps [px]
   DepthSigma reach; ///< where a neighbour belongs to another surface
 };
 
@@ -68,7 +68,8 @@ invertBack(const float* inverse, int width, float* depth)
 
 /** One row of a pass. Tukey's biweight in the difference from the centre. */
 BUNDLE_ICP_INLINE void
-smoothRow(const std::array<const float*, TAPS>& rows, int width, const PassOptions& options, float* out)
+smoothRow(const std::array<const float*, TAPS>& rows, int width, const PassOptions& options,
+          float* out)
 {
   for (int x = 0; x < width; x += lanes) {
     const Floats center = load<Floats>(rows[REACH] + x);
@@ -93,8 +94,8 @@ smoothRow(const std::array<const float*, TAPS>& rows, int width, const PassOptio
 }
 
 void
-smoothOnce(const PaddedImage& in, int width, int height, const PassOptions& options, int num_threads,
-           PaddedImage& out)
+smoothOnce(const PaddedImage& in, int width, int height, const PassOptions& options,
+           int num_threads, PaddedImage& out)
 {
 #pragma omp parallel for schedule(static) num_threads(num_threads)
   for (int y = 0; y < height; ++y) {

@@ -21,7 +21,7 @@ struct RowInput {
   const float* rows[2 * slope_radius + 1];
   int width;
   float fx, fy, cx, y; // y is that of the ray (x, y, 1)
-  float v_minus_cy; // [px]
+  float v_minus_cy;    // [px]
   DepthSigma sigma;
   DepthEdges edges;
   float unit_variance; // of a depth of weight 1 [m^2]
@@ -38,17 +38,16 @@ void
 copyColorRow(const std::uint8_t* from, int width, std::uint32_t* to)
 {
   for (int u = 0; u < width; ++u, from += 3)
-    to[u] = std::uint32_t(from[0]) | std::uint32_t(from[1]) << 8 |
-            std::uint32_t(from[2]) << 16;
+    to[u] = std::uint32_t(from[0]) | std::uint32_t(from[1]) << 8 | std::uint32_t(from[2]) << 16;
 }
 
 // Cosine between the ray and the normal of the surface z(u, v).
 BUNDLE_ICP_INLINE Floats
-viewingCosine(const RowInput& in, const float* const rows[], Floats z, Floats limit,
-              int at, int u)
+viewingCosine(const RowInput& in, const float* const rows[], Floats z, Floats limit, int at, int u)
 {
   const float focal = in.fx;
-  const auto slope = [z, limit, focal](Floats before, Floats after) __attribute__((always_inline)) {
+  const auto slope = [ z, limit, focal ](Floats before, Floats after) __attribute__((always_inline))
+  {
     const Ints has_before = magnitude(before - z) < limit;
     const Ints has_after = magnitude(after - z) < limit;
     const Floats rise = (has_after ? after : z) - (has_before ? before : z);
@@ -57,15 +56,12 @@ viewingCosine(const RowInput& in, const float* const rows[], Floats z, Floats li
     return (has_before | has_after) ? rise / run : z * (4 / focal);
   };
   const float* const row = rows[slope_radius] + at;
-  const Floats zu =
-      slope(load<Floats>(row - slope_radius), load<Floats>(row + slope_radius));
-  const Floats zv =
-      slope(load<Floats>(rows[0] + at), load<Floats>(rows[2 * slope_radius] + at));
+  const Floats zu = slope(load<Floats>(row - slope_radius), load<Floats>(row + slope_radius));
+  const Floats zv = slope(load<Floats>(rows[0] + at), load<Floats>(rows[2 * slope_radius] + at));
   const Floats du = lane_number + (static_cast<float>(u) - in.cx);
   const Floats nx = in.fx * zu, ny = in.fy * zv, nz = z + du * zu + in.v_minus_cy * zv;
   const Floats x = du * (1 / in.fx);
-  const Floats ray = x * x + (in.y * in.y + 1),
-               normal = nx * nx + ny * ny + nz * nz + 1e-12f;
+  const Floats ray = x * x + (in.y * in.y + 1), normal = nx * nx + ny * ny + nz * nz + 1e-12f;
   // The product of this normal with the ray (x, y, 1) is z.
   return z * inverseSquareRoot(normal) * inverseSquareRoot(ray);
 }
@@ -107,14 +103,12 @@ weighEight(const RowInput& in, const float* const rows[], int at, int u, float* 
   const Floats cosine =
       viewingCosine(in, rows, z, in.edges.tolerance(z, float(slope_radius)), at, u);
   const Floats support = edgeSupport(z, in.edges.tolerance(z), rows, at);
-  const Floats weight =
-      in.unit_variance / (sigma * sigma) * cosine * support * support;
+  const Floats weight = in.unit_variance / (sigma * sigma) * cosine * support * support;
   const Floats result = z > 0 ? weight : 0.0f;
   std::memcpy(weights + u, &result, sizeof(result));
   if (!color)
     return;
-  const Words quality =
-      isInsideSurface(in, z, rows, at) ? Words{} + best_quality : Words{} + 1;
+  const Words quality = isInsideSurface(in, z, rows, at) ? Words{} + best_quality : Words{} + 1;
   const Words graded =
       (load<Words>(color + u) & ((1u << quality_shift) - 1)) | quality << quality_shift;
   std::memcpy(color + u, &graded, sizeof(graded));
@@ -189,7 +183,7 @@ tileRange(const float* corner, int stride, int width, int height)
 
 DepthSamples::DepthSamples(const RGBDFrame& frame, const CameraIntrinsics& frame_camera,
                            const TSDFOptions& options, double unit_sigma, int num_threads)
-    : camera(frame_camera)
+: camera(frame_camera)
 {
   const int width = camera.width, height = camera.height;
   const std::size_t pixels = std::size_t(width) * height;
@@ -206,15 +200,13 @@ DepthSamples::DepthSamples(const RGBDFrame& frame, const CameraIntrinsics& frame
 #pragma omp for
     for (int v = 0; v < height; ++v) {
       copyDepthRow(frame.depth.ptr<float>(v), static_cast<float>(options.min_depth),
-                   static_cast<float>(options.max_depth), width,
-                   &depth[std::size_t(v) * width]);
+                   static_cast<float>(options.max_depth), width, &depth[std::size_t(v) * width]);
       if (!color.empty())
         copyColorRow(frame.color.ptr(v), width, &color[std::size_t(v) * width]);
     }
 #pragma omp for nowait
     for (int v = 0; v < height; ++v)
-      call<weightRow>(rowInput(*this, v, zeros.data(), unit_sigma),
-                      &weight[std::size_t(v) * width],
+      call<weightRow>(rowInput(*this, v, zeros.data(), unit_sigma), &weight[std::size_t(v) * width],
                       color.empty() ? nullptr : &color[std::size_t(v) * width]);
 #pragma omp for
     for (int i = 0; i < tiles_x * tiles_y; ++i) {

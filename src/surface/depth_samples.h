@@ -30,8 +30,8 @@ struct DepthSamples {
   std::vector<Eigen::Vector2f> depth_range;
 
   /** \param unit_sigma standard deviation of a depth of weight 1 [m] */
-  DepthSamples(const RGBDFrame& frame, const CameraIntrinsics& camera,
-               const TSDFOptions& options, double unit_sigma, int num_threads);
+  DepthSamples(const RGBDFrame& frame, const CameraIntrinsics& camera, const TSDFOptions& options,
+               double unit_sigma, int num_threads);
 };
 
 } // namespace bundle_icp

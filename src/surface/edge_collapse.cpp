@@ -173,8 +173,7 @@ private:
     Eigen::Matrix3d left = quadric.topLeftCorner<3, 3>();
     const double pull = 1e-3 * left.trace() + 1e-30;
     left.diagonal().array() += pull;
-    const Eigen::Vector3d best =
-        left.ldlt().solve(pull * middle - quadric.topRightCorner<3, 1>());
+    const Eigen::Vector3d best = left.ldlt().solve(pull * middle - quadric.topRightCorner<3, 1>());
     const bool is_near = (best - middle).squaredNorm() < 4 * (pb - pa).squaredNorm(); // not NaN
     return is_near ? best : middle;
   }
@@ -340,8 +339,7 @@ private:
     ++version_[drop];
     ring(keep, plan_.ring_keep);
     const auto end = std::unique(plan_.ring_keep.begin(), plan_.ring_keep.end());
-    std::for_each(
-        plan_.ring_keep.begin(), end, [&](std::uint32_t vertex) { push(keep, vertex); });
+    std::for_each(plan_.ring_keep.begin(), end, [&](std::uint32_t vertex) { push(keep, vertex); });
   }
 
   /** Moves the attributes of `keep` towards those of `drop`. */
@@ -416,11 +414,11 @@ private:
   Eigen::Vector3d middle_;
   std::vector<Eigen::Vector3d> position_;
   std::vector<Quadric> quadric_;
-  std::vector<std::uint8_t> is_boundary_;       // of vertices
-  std::vector<double> boundary_error_;          // how far the boundary there may have moved [m]
-  std::vector<std::uint32_t> version_;          // of vertices: how often they have changed
-  Vertices merged_, last_merged_;               // lists of the vertices that became one
-  Vertices first_point_, next_point_;           // lists by triangle
+  std::vector<std::uint8_t> is_boundary_; // of vertices
+  std::vector<double> boundary_error_;    // how far the boundary there may have moved [m]
+  std::vector<std::uint32_t> version_;    // of vertices: how often they have changed
+  Vertices merged_, last_merged_;         // lists of the vertices that became one
+  Vertices first_point_, next_point_;     // lists by triangle
   std::vector<double> point_error_;
   std::vector<Eigen::Vector3d> point_; // the original vertices
   std::size_t num_triangles_;
@@ -433,9 +431,7 @@ private:
 // Ericson, Real-time collision detection, 2005, section 5.1.5: by the region of the triangle's
 // plane that the point lies above.
 double
-squaredDistance(const Eigen::Vector3d& point,
-                const Eigen::Vector3d& a,
-                const Eigen::Vector3d& b,
+squaredDistance(const Eigen::Vector3d& point, const Eigen::Vector3d& a, const Eigen::Vector3d& b,
                 const Eigen::Vector3d& c)
 {
   const Eigen::Vector3d ab = b - a, ac = c - a, ap = point - a;

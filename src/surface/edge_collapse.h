@@ -8,9 +8,7 @@ namespace bundle_icp {
 
 /** Distance of a point to a triangle, squared. */
 double
-squaredDistance(const Eigen::Vector3d& point,
-                const Eigen::Vector3d& a,
-                const Eigen::Vector3d& b,
+squaredDistance(const Eigen::Vector3d& point, const Eigen::Vector3d& a, const Eigen::Vector3d& b,
                 const Eigen::Vector3d& c);
 
 /** Collapses edges until `options` are met or no edge is left that may be. \return the squared

@@ -22,7 +22,7 @@ namespace {
 class VoxelAccess {
 public:
   struct Voxel {
-    float distance; ///< stored units
+    float distance;       ///< stored units
     std::uint16_t weight; ///< coded, 0 = not observed
     std::uint32_t color;
 
@@ -34,7 +34,7 @@ public:
   };
 
   VoxelAccess(const VoxelBlockMap& blocks, std::size_t index)
-      : blocks_(blocks), neighbors_(neighborsOf(blocks, index, -1, 1))
+  : blocks_(blocks), neighbors_(neighborsOf(blocks, index, -1, 1))
   {
   }
 
@@ -60,8 +60,8 @@ public:
       const int dx = axis == 0, dy = axis == 1, dz = axis == 2;
       const Voxel after = (*this)(x + dx, y + dy, z + dz);
       const Voxel before = (*this)(x - dx, y - dy, z - dz);
-      const float rise = (after.isKnown() ? after.distance : here) -
-                         (before.isKnown() ? before.distance : here);
+      const float rise =
+          (after.isKnown() ? after.distance : here) - (before.isKnown() ? before.distance : here);
       const int run = (after.isKnown() ? 1 : 0) + (before.isKnown() ? 1 : 0);
       slope[axis] = run > 0 ? rise / static_cast<float>(run) : 0.0f;
     }
@@ -83,8 +83,7 @@ blendColors(std::uint32_t first, std::uint32_t second, float t)
   else if (first || second)
     color = decodeColor(first ? first : second);
   const Eigen::Vector3f rounded = color.array() + 0.5f;
-  return {static_cast<std::uint8_t>(rounded.x()),
-          static_cast<std::uint8_t>(rounded.y()),
+  return {static_cast<std::uint8_t>(rounded.x()), static_cast<std::uint8_t>(rounded.y()),
           static_cast<std::uint8_t>(rounded.z())};
 }
 
@@ -96,25 +95,24 @@ double
 smoothedVariance(int radius)
 {
   // By the number of passes. Pixels are those of the B-splines that the passes make up, 1 over the
-  // sum of their squares; the rest was measured on planes, frontal to slanted by 40 degrees. Without
-  // a pass what is left is less than 1, because fusion interpolates between four pixels.
+  // sum of their squares; the rest was measured on planes, frontal to slanted by 40 degrees.
+  // Without a pass what is left is less than 1, because fusion interpolates between four pixels.
   constexpr std::array<double, 4> averaged{1, 13.4, 66, 264};
   constexpr std::array<double, 4> left_out{0.62, 1, 1.45, 3.2};
   constexpr double shared = 0.5, shared_pixels = 10;
   const int passes = smoothingPasses(radius);
   const double pixels = averaged[passes];
-  return left_out[passes] * ((1 - shared) / pixels +
-                             shared * shared_pixels / (shared_pixels + pixels - 1));
+  return left_out[passes] *
+         ((1 - shared) / pixels + shared * shared_pixels / (shared_pixels + pixels - 1));
 }
 
 /** Writes the vertices of one block after the other into a mesh. */
 class VertexWriter {
 public:
   VertexWriter(const TSDFVolume::Impl& volume, float level, SurfaceMesh& mesh)
-      : volume_(volume), level_(level), mesh_(mesh),
-        metres_(volume.options.truncation / distance_scale),
-        sigma_(volume.unit_sigma *
-               std::sqrt(smoothedVariance(volume.options.smoothing_radius)))
+  : volume_(volume), level_(level), mesh_(mesh),
+    metres_(volume.options.truncation / distance_scale),
+    sigma_(volume.unit_sigma * std::sqrt(smoothedVariance(volume.options.smoothing_radius)))
   {
   }
 
@@ -137,8 +135,8 @@ public:
 
 private:
   void
-  write(const VoxelAccess& voxels, const GridEdge& edge,
-        const Eigen::Vector3d& block_origin, std::uint32_t vertex) const
+  write(const VoxelAccess& voxels, const GridEdge& edge, const Eigen::Vector3d& block_origin,
+        std::uint32_t vertex) const
   {
     const int x = edge.voxel[0], y = edge.voxel[1], z = edge.voxel[2];
     const int dx = edge.axis == 0, dy = edge.axis == 1, dz = edge.axis == 2;
@@ -146,18 +144,15 @@ private:
     // Off the ends by so much that triangles around a voxel that lies on the surface
     // keep an area in single precision.
     constexpr float margin = 0.01f;
-    const float t = std::clamp((level_ - first.distance) /
-                                   (second.distance - first.distance),
+    const float t = std::clamp((level_ - first.distance) / (second.distance - first.distance),
                                margin, 1 - margin);
     const Eigen::Vector3d position(x + dx * t, y + dy * t, z + dz * t);
-    mesh_.vertices[vertex] =
-        (block_origin + volume_.options.voxel_size * position).cast<float>();
+    mesh_.vertices[vertex] = (block_origin + volume_.options.voxel_size * position).cast<float>();
     mesh_.colors[vertex] = blendColors(first.color, second.color, t);
-    mesh_.weights[vertex] =
-        (1 - t) * decodeWeight(first.weight) + t * decodeWeight(second.weight);
+    mesh_.weights[vertex] = (1 - t) * decodeWeight(first.weight) + t * decodeWeight(second.weight);
 
-    Eigen::Vector3f slope = (1 - t) * voxels.gradient(x, y, z) +
-                            t * voxels.gradient(x + dx, y + dy, z + dz);
+    Eigen::Vector3f slope =
+        (1 - t) * voxels.gradient(x, y, z) + t * voxels.gradient(x + dx, y + dy, z + dz);
     if (!(slope.squaredNorm() > 0))
       slope = Eigen::Vector3f(dx, dy, dz) * (second.distance - first.distance);
     mesh_.normals[vertex] = slope.normalized();
@@ -181,8 +176,8 @@ private:
 };
 
 void
-writeTriangles(const VoxelBlockMap& blocks, const BlockSurfaces& surfaces,
-               std::size_t index, SurfaceMesh& mesh)
+writeTriangles(const VoxelBlockMap& blocks, const BlockSurfaces& surfaces, std::size_t index,
+               SurfaceMesh& mesh)
 {
   const BlockSurface& surface = *surfaces[index];
   if (surface.num_triangles == 0)
@@ -199,8 +194,7 @@ writeTriangles(const VoxelBlockMap& blocks, const BlockSurfaces& surfaces,
   };
   std::uint32_t triangle = surface.first_triangle;
   for (int cell = 0; cell < block_voxels; ++cell)
-    for (const int* edges = pcl::triTable[surface.cases[cell]]; *edges != -1;
-         edges += 3)
+    for (const int* edges = pcl::triTable[surface.cases[cell]]; *edges != -1; edges += 3)
       mesh.triangles[triangle++] = {vertexOf(cell, edges[0]), vertexOf(cell, edges[1]),
                                     vertexOf(cell, edges[2])};
 }
@@ -290,8 +284,7 @@ MeshOptions::isValid(std::string* error) const
   if (!(iso_level >= 0 && iso_level < 1))
     return fail("iso_level " + std::to_string(iso_level) + "; expected 0 to below 1");
   if (num_threads < 0)
-    return fail("num_threads " + std::to_string(num_threads) +
-                "; expected 0 (all) or more");
+    return fail("num_threads " + std::to_string(num_threads) + "; expected 0 (all) or more");
   return smoothing.isValid(error) && cleaning.isValid(error) && decimation.isValid(error);
 }
 

@@ -24,8 +24,8 @@ addSimpleLoops(const HalfEdges& edges, const Loop& boundary, std::vector<Loop>& 
   Loop open;
   for (const std::uint32_t h : boundary) {
     open.push_back(h);
-    const auto start = std::find_if(
-        open.begin(), open.end(), [&](std::uint32_t g) { return edges.from(g) == edges.to(h); });
+    const auto start = std::find_if(open.begin(), open.end(),
+                                    [&](std::uint32_t g) { return edges.from(g) == edges.to(h); });
     if (start == open.end())
       continue;
     loops.emplace_back(start, open.end());

@@ -83,9 +83,8 @@ removeNonManifoldTriangles(SurfaceMesh& mesh)
     if (last - first <= 2)
       return;
     std::vector<std::uint32_t> around;
-    std::copy_if(first, last, std::back_inserter(around), [&](std::uint32_t h) {
-      return keep[h / 3];
-    });
+    std::copy_if(first, last, std::back_inserter(around),
+                 [&](std::uint32_t h) { return keep[h / 3]; });
     std::stable_sort(around.begin(), around.end(), [&](std::uint32_t a, std::uint32_t b) {
       return areaNormal(mesh, mesh.triangles[a / 3]).squaredNorm() >
              areaNormal(mesh, mesh.triangles[b / 3]).squaredNorm();

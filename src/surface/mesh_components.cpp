@@ -51,8 +51,8 @@ removeSmallAreas(SurfaceMesh& mesh, double min_area)
   for (std::size_t t = 0; t < keep.size(); ++t)
     keep[t] = areas[components[mesh.triangles[t][0]]] >= min_area;
   keepTriangles(mesh, keep);
-  return std::count_if(
-      areas.begin(), areas.end(), [min_area](double area) { return area < min_area; });
+  return std::count_if(areas.begin(), areas.end(),
+                       [min_area](double area) { return area < min_area; });
 }
 
 } // namespace bundle_icp

@@ -60,7 +60,8 @@ removeSmallAreas(SurfaceMesh& mesh, double min_area);
 
 /** Closes the holes of a clean mesh whose boundary is at most `max_perimeter` [m] and 1000 edges
  *  long, without new vertices: by the triangulation of the boundary with the shortest edges in sum.
- *  Holes where each would need a triangle without area, or an edge that exists already, stay open. */
+ *  Holes where each would need a triangle without area, or an edge that exists already, stay open.
+ *  */
 void
 fillHoles(SurfaceMesh& mesh, double max_perimeter, MeshCleaningResult& result);
 

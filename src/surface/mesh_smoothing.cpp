@@ -34,8 +34,8 @@ public:
     edges_(mesh.triangles, mesh.vertices.size())
   {
     for (std::size_t v = 0; v < vertices_.size(); ++v)
-      vertices_[v] = {
-          mesh.vertices[v], 1 / (mesh.deviations[v] * mesh.deviations[v]), mesh.normals[v], 0};
+      vertices_[v] = {mesh.vertices[v], 1 / (mesh.deviations[v] * mesh.deviations[v]),
+                      mesh.normals[v], 0};
   }
 
   void
@@ -106,8 +106,8 @@ private:
       const float along =
           0.5F * (vertex.normal + other.normal).dot(other.position - vertex.position);
       // The square of the difference over its variance.
-      const float sigmas = along * along * vertex.precision * other.precision /
-                           (vertex.precision + other.precision);
+      const float sigmas =
+          along * along * vertex.precision * other.precision / (vertex.precision + other.precision);
       const float falloff = 1 - sigmas * (1 / (SURFACE_SIGMAS * SURFACE_SIGMAS));
       if (!(falloff > 0)) // nor NaN
         return;

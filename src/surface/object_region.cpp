@@ -31,8 +31,7 @@ struct Cell {
 /** The frames' points in cells, ordered by place. */
 class CellGrid {
 public:
-  CellGrid(const std::vector<Cloud>& clouds,
-           const std::vector<Pose>& world_from_cameras,
+  CellGrid(const std::vector<Cloud>& clouds, const std::vector<Pose>& world_from_cameras,
            const ObjectRegionOptions& options)
   : size_(options.cell_size)
   {
@@ -67,8 +66,8 @@ public:
     return found == numbers_.end() ? -1 : found->second;
   }
 
-  Cloud::Ptr centers;                ///< mean of each cell's points
-  std::vector<std::size_t> weights;  ///< number of each cell's points
+  Cloud::Ptr centers;               ///< mean of each cell's points
+  std::vector<std::size_t> weights; ///< number of each cell's points
 
 private:
   using Key = std::array<int, 3>;
@@ -122,11 +121,12 @@ segmentPlane(const Cloud::ConstPtr& points, const ObjectRegionOptions& options, 
 
 /** n . x + d = 0 with most cameras on the side to which n points. */
 Eigen::Vector4d
-towardsCameras(const pcl::ModelCoefficients& coefficients, const std::vector<Pose>& world_from_cameras)
+towardsCameras(const pcl::ModelCoefficients& coefficients,
+               const std::vector<Pose>& world_from_cameras)
 {
   const Eigen::Vector4d plane = Eigen::Vector4f(coefficients.values.data()).cast<double>();
-  const auto in_front =
-      std::count_if(world_from_cameras.begin(), world_from_cameras.end(), [&plane](const Pose& pose) {
+  const auto in_front = std::count_if(
+      world_from_cameras.begin(), world_from_cameras.end(), [&plane](const Pose& pose) {
         return plane.head<3>().dot(pose.translation()) + plane[3] > 0;
       });
   const bool is_front = 2 * std::size_t(in_front) >= world_from_cameras.size();
@@ -221,10 +221,8 @@ cellsOnPlane(const CellGrid& grid, const Eigen::Vector4d& plane, const ObjectReg
 
 /** How many frames look at each cluster more than at any other. */
 std::vector<std::size_t>
-countLooks(const std::vector<pcl::PointIndices>& objects,
-           const CellGrid& grid,
-           const std::vector<Cloud>& clouds,
-           const std::vector<Pose>& world_from_cameras,
+countLooks(const std::vector<pcl::PointIndices>& objects, const CellGrid& grid,
+           const std::vector<Cloud>& clouds, const std::vector<Pose>& world_from_cameras,
            double view_angle)
 {
   std::vector<int> object_of_cell(grid.centers->size(), -1);
@@ -264,9 +262,10 @@ boxOnPlane(const Cloud& cells, const pcl::Indices& indices, const Eigen::Vector4
   const cv::RotatedRect rectangle = cv::minAreaRect(footprint);
   const double top = height + margin, bottom = -margin;
   OrientedBox box;
-  box.world_from_box = world_from_plane *
-                       Eigen::Translation3d(rectangle.center.x, rectangle.center.y, (top + bottom) / 2) *
-                       Eigen::AngleAxisd(rectangle.angle * CV_PI / 180, Eigen::Vector3d::UnitZ());
+  box.world_from_box =
+      world_from_plane *
+      Eigen::Translation3d(rectangle.center.x, rectangle.center.y, (top + bottom) / 2) *
+      Eigen::AngleAxisd(rectangle.angle * CV_PI / 180, Eigen::Vector3d::UnitZ());
   box.size = {rectangle.size.width + 2 * margin, rectangle.size.height + 2 * margin, top - bottom};
   return box;
 }
@@ -297,8 +296,7 @@ ObjectRegionOptions::isValid(std::string* error) const
 }
 
 ObjectRegion
-findObjectRegion(const std::vector<Cloud>& clouds,
-                 const std::vector<Pose>& world_from_cameras,
+findObjectRegion(const std::vector<Cloud>& clouds, const std::vector<Pose>& world_from_cameras,
                  const ObjectRegionOptions& options)
 {
   std::string error;
@@ -306,7 +304,8 @@ findObjectRegion(const std::vector<Cloud>& clouds,
     throw pcl::BadArgumentException(error);
   if (clouds.empty() || clouds.size() != world_from_cameras.size())
     throw pcl::BadArgumentException(concatenate("findObjectRegion: ", clouds.size(), " clouds and ",
-                                                world_from_cameras.size(), " poses; expected as many of "
+                                                world_from_cameras.size(),
+                                                " poses; expected as many of "
                                                 "both, at least one"));
   for (std::size_t i = 0; i < world_from_cameras.size(); ++i)
     if (!isRigid(world_from_cameras[i].matrix()))
@@ -322,27 +321,28 @@ findObjectRegion(const std::vector<Cloud>& clouds,
   if (points->size() >= least_points)
     coefficients = segmentPlane(points, options, share);
   if (coefficients.values.size() != 4 || share < options.min_plane_share) {
-    region.reason = concatenate("no plane: the largest holds ", 100 * share, " % of ", points->size(),
-                                " points within ", options.max_depth, " m of the cameras, at least ",
-                                100 * options.min_plane_share, " % of ", least_points, " are needed");
+    region.reason =
+        concatenate("no plane: the largest holds ", 100 * share, " % of ", points->size(),
+                    " points within ", options.max_depth, " m of the cameras, at least ",
+                    100 * options.min_plane_share, " % of ", least_points, " are needed");
     return region;
   }
   region.plane = towardsCameras(coefficients, world_from_cameras);
   const auto objects = clusters(grid.centers, cellsOnPlane(grid, region.plane, options),
                                 options.cluster_tolerance, options.min_cells);
   if (objects.empty()) {
-    region.reason = concatenate("no object: nothing of ", options.min_cells, " cells of ",
-                                options.cell_size, " m stands ", options.min_height, " to ",
-                                options.max_height, " m above the plane that holds ", 100 * share,
-                                " % of the points");
+    region.reason =
+        concatenate("no object: nothing of ", options.min_cells, " cells of ", options.cell_size,
+                    " m stands ", options.min_height, " to ", options.max_height,
+                    " m above the plane that holds ", 100 * share, " % of the points");
     return region;
   }
   const auto looks = countLooks(objects, grid, clouds, world_from_cameras, options.view_angle);
   const auto most = std::max_element(looks.begin(), looks.end());
   if (*most == 0) {
-    region.reason = concatenate("no object: no frame looks at any of the ", objects.size(),
-                                " things on the plane, within ", options.view_angle,
-                                " rad of its axis");
+    region.reason =
+        concatenate("no object: no frame looks at any of the ", objects.size(),
+                    " things on the plane, within ", options.view_angle, " rad of its axis");
     return region;
   }
   region.is_found = true;

@@ -91,8 +91,8 @@ project(const SurfaceMesh& mesh, const Eigen::Isometry3f& view_from_world)
     const Eigen::Vector3f point = view_from_world * mesh.vertices[i];
     if (!(point.z() > 0.05f))
       continue;
-    corners[i].pixel = focal_length / point.z() * point.head<2>() +
-                       0.5f * (picture_size - 1).matrix();
+    corners[i].pixel =
+        focal_length / point.z() * point.head<2>() + 0.5f * (picture_size - 1).matrix();
     corners[i].inverse_depth = 1 / point.z();
     corners[i].color.setConstant(190);
     if (!mesh.colors.empty())

@@ -48,9 +48,9 @@ project(const Eigen::Vector3i& block, float voxel_size, const CameraIntrinsics& 
 
 RayRanges::RayRanges(const TSDFVolume::Impl& volume, const CameraIntrinsics& camera,
                      const Pose& camera_from_world)
-    : columns_(std::size_t((camera.width + TILE - 1) / TILE)),
-      rows_(std::size_t((camera.height + TILE - 1) / TILE)),
-      tiles_(columns_ * rows_, {std::numeric_limits<float>::infinity(), 0})
+: columns_(std::size_t((camera.width + TILE - 1) / TILE)),
+  rows_(std::size_t((camera.height + TILE - 1) / TILE)),
+  tiles_(columns_ * rows_, {std::numeric_limits<float>::infinity(), 0})
 {
   const Eigen::Isometry3f transform = camera_from_world.cast<float>();
   const auto tile = [](float pixel, int size) {
@@ -59,15 +59,14 @@ RayRanges::RayRanges(const TSDFVolume::Impl& volume, const CameraIntrinsics& cam
   for (std::size_t i = 0; i < volume.blocks.size(); ++i) {
     if (!volume.blocks.mayHoldSurface(i))
       continue;
-    const Box box =
-        project(volume.blocks.coordinatesOf(i), volume.voxelSize(), camera, transform);
+    const Box box = project(volume.blocks.coordinatesOf(i), volume.voxelSize(), camera, transform);
     if (box.range.far < NEAREST || box.high.x() < 0 || box.high.y() < 0 ||
         box.low.x() > float(camera.width - 1) || box.low.y() > float(camera.height - 1))
       continue;
-    for (std::size_t y = tile(box.low.y(), camera.height);
-         y <= tile(box.high.y(), camera.height); ++y)
-      for (std::size_t x = tile(box.low.x(), camera.width);
-           x <= tile(box.high.x(), camera.width); ++x) {
+    for (std::size_t y = tile(box.low.y(), camera.height); y <= tile(box.high.y(), camera.height);
+         ++y)
+      for (std::size_t x = tile(box.low.x(), camera.width); x <= tile(box.high.x(), camera.width);
+           ++x) {
         Range& range = tiles_[y * columns_ + x];
         range.near = std::min(range.near, box.range.near);
         range.far = std::max(range.far, box.range.far);

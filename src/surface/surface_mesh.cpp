@@ -71,8 +71,7 @@ offsetOf(const pcl::PCLPointCloud2& cloud, const std::string& name, bool is_floa
 
 /** Three fields as one vector per vertex; false when one is absent. */
 bool
-readVectors(const pcl::PCLPointCloud2& cloud,
-            const std::array<const char*, 3>& names,
+readVectors(const pcl::PCLPointCloud2& cloud, const std::array<const char*, 3>& names,
             std::vector<Eigen::Vector3f>& vectors)
 {
   std::array<int, 3> offsets;
@@ -144,8 +143,8 @@ toPolygonMesh(const SurfaceMesh& mesh)
     }
     if (!mesh.colors.empty()) {
       const auto& [red, green, blue] = mesh.colors[v];
-      const std::uint32_t packed = 255u << 24 | std::uint32_t(red) << 16 |
-                                   std::uint32_t(green) << 8 | std::uint32_t(blue);
+      const std::uint32_t packed =
+          255u << 24 | std::uint32_t(red) << 16 | std::uint32_t(green) << 8 | std::uint32_t(blue);
       writer.put(&packed, 4);
     }
     if (!mesh.weights.empty())
@@ -169,8 +168,7 @@ toSurfaceMesh(const pcl::PolygonMesh& mesh)
                                     std::to_string(size) + " vertices need");
   SurfaceMesh result;
   if (!readVectors(cloud, {"x", "y", "z"}, result.vertices))
-    throw pcl::BadArgumentException(
-        "toSurfaceMesh: the vertices have no x, y, z as 32 bit floats");
+    throw pcl::BadArgumentException("toSurfaceMesh: the vertices have no x, y, z as 32 bit floats");
   readVectors(cloud, {"normal_x", "normal_y", "normal_z"}, result.normals);
   readColors(cloud, result);
   readScalars(cloud, "weight", result.weights);

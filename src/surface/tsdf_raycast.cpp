@@ -57,8 +57,8 @@ class RayCaster {
 public:
   RayCaster(const TSDFVolume::Impl& volume, const CameraIntrinsics& camera,
             const Pose& world_from_camera)
-      : volume_(volume), camera_(camera), world_from_camera_(world_from_camera),
-        ranges_(volume, camera, world_from_camera.inverse())
+  : volume_(volume), camera_(camera), world_from_camera_(world_from_camera),
+    ranges_(volume, camera, world_from_camera.inverse())
   {
   }
 
@@ -86,8 +86,7 @@ private:
 /** Advances from voxel to voxel, faster where the surface is far, until the distance
  * changes from in front to behind. */
 std::optional<float>
-RayCaster::march(const Ray& ray, const RayRanges::Range& range,
-                 VoxelSampler& sampler) const
+RayCaster::march(const Ray& ray, const RayRanges::Range& range, VoxelSampler& sampler) const
 {
   const float one_voxel = 1 / ray.direction.norm();
   const auto truncation = static_cast<float>(volume_.options.truncation);
@@ -96,12 +95,11 @@ RayCaster::march(const Ray& ray, const RayRanges::Range& range,
     const Eigen::Vector3f position = ray.at(depth);
     const Eigen::Vector3f shifted = position + Eigen::Vector3f::Constant(0.5f);
     const bool exists = sampler.block(shifted.array().floor().cast<int>()) != nullptr;
-    const std::optional<float> distance =
-        exists ? sampler.nearest(position) : std::nullopt;
+    const std::optional<float> distance = exists ? sampler.nearest(position) : std::nullopt;
     if (!distance) {
       front.reset();
-      depth = exists ? depth + one_voxel
-                     : std::max(leaveBlock(ray, depth), depth) + 0.01f * one_voxel;
+      depth =
+          exists ? depth + one_voxel : std::max(leaveBlock(ray, depth), depth) + 0.01f * one_voxel;
       continue;
     }
     if (*distance <= 0)
@@ -154,8 +152,7 @@ RayCaster::castPixel(int x, int y, VoxelSampler& sampler, Point& point) const
   point.x = point.y = point.z = unseen;
   point.normal_x = point.normal_y = point.normal_z = unseen;
   const double per_voxel = 1 / volume_.options.voxel_size;
-  const Eigen::Vector3d in_world =
-      world_from_camera_.linear() * camera_.unproject(x, y, 1);
+  const Eigen::Vector3d in_world = world_from_camera_.linear() * camera_.unproject(x, y, 1);
   const Ray ray{(per_voxel * world_from_camera_.translation()).cast<float>(),
                 (per_voxel * in_world).cast<float>()};
   const std::optional<float> depth = march(ray, ranges_.at(x, y), sampler);
@@ -179,8 +176,8 @@ RayCaster::castPixel(int x, int y, VoxelSampler& sampler, Point& point) const
 } // namespace
 
 pcl::PointCloud<pcl::PointXYZRGBNormal>::Ptr
-raycast(const TSDFVolume& volume, const CameraIntrinsics& camera,
-        const Pose& world_from_camera, int num_threads)
+raycast(const TSDFVolume& volume, const CameraIntrinsics& camera, const Pose& world_from_camera,
+        int num_threads)
 {
   std::string error;
   if (!camera.isValid(&error))

@@ -29,8 +29,8 @@ checkImage(const char* name, const cv::Mat& image, int type, const char* wanted,
   if (image.type() != type)
     refuse(name, " image must be ", wanted);
   if (image.cols != camera.width || image.rows != camera.height)
-    refuse(name, " image is ", image.cols, "x", image.rows,
-           ", the camera's images are ", camera.width, "x", camera.height);
+    refuse(name, " image is ", image.cols, "x", image.rows, ", the camera's images are ",
+           camera.width, "x", camera.height);
 }
 
 void
@@ -43,8 +43,8 @@ checkFrame(const RGBDFrame& frame, const CameraIntrinsics& camera)
     refuse("the camera has distortion; frames must be undistorted");
   constexpr int smallest = 16; // what slopes over several pixels need
   if (camera.width < smallest || camera.height < smallest)
-    refuse("images of ", camera.width, "x", camera.height, " are smaller than ",
-           smallest, "x", smallest);
+    refuse("images of ", camera.width, "x", camera.height, " are smaller than ", smallest, "x",
+           smallest);
   checkImage("depth", frame.depth, CV_32FC1, "CV_32FC1 in metres", camera);
   if (!frame.color.empty())
     checkImage("color", frame.color, CV_8UC3, "CV_8UC3", camera);
@@ -150,8 +150,8 @@ TSDFOptions::isValid(std::string* error) const
   if (!(voxel_size >= 1e-4 && voxel_size <= 1))
     return fail(concatenate("voxel_size ", voxel_size, " m; expected 0.0001 to 1"));
   if (!(truncation >= 2 * voxel_size && truncation <= 100 * voxel_size))
-    return fail(concatenate("truncation ", truncation,
-                            " m; expected 2 to 100 voxels of ", voxel_size, " m"));
+    return fail(concatenate("truncation ", truncation, " m; expected 2 to 100 voxels of ",
+                            voxel_size, " m"));
   if (!(min_depth > 0 && min_depth < max_depth && max_depth <= 1000))
     return fail(concatenate("depth range ", min_depth, " to ", max_depth,
                             " m; expected 0 < min_depth < max_depth <= 1000"));
@@ -192,12 +192,12 @@ TSDFVolume::integrate(const RGBDFrame& frame, const CameraIntrinsics& camera,
 
   RGBDFrame smooth = frame;
   if (options.smoothing_radius > 0)
-    smooth.depth = smoothDepth(frame.depth, camera.depth_noise, options.smoothing_radius, num_threads);
+    smooth.depth =
+        smoothDepth(frame.depth, camera.depth_noise, options.smoothing_radius, num_threads);
   if (impl_->unit_sigma == 0)
     impl_->unit_sigma = camera.depth_noise.sigma(1);
   const DepthSamples samples(smooth, camera, options, impl_->unit_sigma, num_threads);
-  for (const std::uint64_t key :
-       findBandBlocks(samples, world_from_camera, options, num_threads))
+  for (const std::uint64_t key : findBandBlocks(samples, world_from_camera, options, num_threads))
     blocks.insert(key);
   const Pose camera_from_world = world_from_camera.inverse();
   const std::vector<VisibleBlock> visible =

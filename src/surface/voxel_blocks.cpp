@@ -35,8 +35,7 @@ VoxelBlockMap::memoryBytes() const
 {
   // A node of the index holds key, number and the link to the next one.
   return chunks_.size() * chunk_blocks * sizeof(VoxelBlock) +
-         keys_.capacity() * sizeof(std::uint64_t) +
-         index_of_.size() * 3 * sizeof(std::uint64_t) +
+         keys_.capacity() * sizeof(std::uint64_t) + index_of_.size() * 3 * sizeof(std::uint64_t) +
          index_of_.bucket_count() * sizeof(void*);
 }
 

@@ -53,8 +53,7 @@ inline Eigen::Vector3f
 decodeColor(std::uint32_t color)
 {
   return {float(color >> red_shift) * (255.0f / 511),
-          float(color >> green_shift & 511) * (255.0f / 511),
-          float(color >> blue_shift & 255)};
+          float(color >> green_shift & 511) * (255.0f / 511), float(color >> blue_shift & 255)};
 }
 
 /** The blocks of a volume. They are numbered in the order of insertion and never move. */
@@ -74,9 +73,7 @@ public:
   static Eigen::Vector3i
   coordinates(std::uint64_t key)
   {
-    const auto field = [key](int shift) {
-      return int(key >> shift & 0x1fffff) - limit;
-    };
+    const auto field = [key](int shift) { return int(key >> shift & 0x1fffff) - limit; };
     return {field(0), field(21), field(42)};
   }
 

@@ -60,7 +60,8 @@ showsAll(const FusionView& view, const float corner[3])
   constexpr Floats right = {0, edge, 0, edge, 0, edge, 0, edge};
   constexpr Floats down = {0, 0, edge, edge, 0, 0, edge, edge};
   constexpr Floats back = {0, 0, 0, 0, edge, edge, edge, edge};
-  const auto along = [&](int axis) __attribute__((always_inline)) {
+  const auto along = [&](int axis) __attribute__((always_inline))
+  {
     return corner[axis] + right * view.step[0][axis] + down * view.step[1][axis] +
            back * view.step[2][axis];
   };
@@ -142,15 +143,13 @@ interpolateDepth(const FusionView& view, Row& row)
 BUNDLE_ICP_INLINE void
 weigh(const FusionView& view, Row& row)
 {
-  row.weight =
-      gather<Floats>(view.weight, row.nearest) * shareBehind(view, row.z, row.ahead);
+  row.weight = gather<Floats>(view.weight, row.nearest) * shareBehind(view, row.z, row.ahead);
   row.update &= row.weight > 0;
 }
 
 // Equation (7). Returns a mask of the voxels that now lie behind the surface.
 BUNDLE_ICP_INLINE Ints
-updateDistance(std::uint32_t seed, Row& row, std::int16_t* distance,
-               std::uint16_t* weight)
+updateDistance(std::uint32_t seed, Row& row, std::int16_t* distance, std::uint16_t* weight)
 {
   // Rounding that it dithers does not stall when a measurement moves the mean by less than
   // the last digit. The seed is as good as random from frame to frame.
@@ -174,14 +173,12 @@ updateDistance(std::uint32_t seed, Row& row, std::int16_t* distance,
   // Of voxels that are not updated it may be anything, as large as no integer is.
   const Floats dithered = row.update ? value + dither : Floats{};
   const Ints cut = truncated(dithered);
-  const Ints down =
-      cut + (__builtin_convertvector(cut, Floats) > dithered); // mask is -1
+  const Ints down = cut + (__builtin_convertvector(cut, Floats) > dithered); // mask is -1
   const Ints rounded = smaller(down, Ints{} + 32767);
 
   const auto new_code =
       __builtin_convertvector(row.update ? code : bitCast<Ints>(old_code), HalfWords);
-  const auto new_distance =
-      __builtin_convertvector(row.update ? rounded : old_distance, Shorts);
+  const auto new_distance = __builtin_convertvector(row.update ? rounded : old_distance, Shorts);
   std::memcpy(weight, &new_code, sizeof(new_code));
   std::memcpy(distance, &new_distance, sizeof(new_distance));
   return row.update & (rounded < 0);
@@ -189,14 +186,17 @@ updateDistance(std::uint32_t seed, Row& row, std::int16_t* distance,
 
 // One channel of the new colour, at its place in the voxel's 32 bits.
 BUNDLE_ICP_INLINE Words
-blendChannel(const Row& row, const Words corners[4], int from, float gain, Floats share,
-             Words old, int to, int largest)
+blendChannel(const Row& row, const Words corners[4], int from, float gain, Floats share, Words old,
+             int to, int largest)
 {
-  const auto get = [from](Words color) __attribute__((always_inline)) { return toFloats(color >> from & 255u); };
+  const auto get = [from](Words color) __attribute__((always_inline))
+  {
+    return toFloats(color >> from & 255u);
+  };
   const Floats upper = get(corners[0]) + row.fu * (get(corners[1]) - get(corners[0]));
   const Floats lower = get(corners[2]) + row.fu * (get(corners[3]) - get(corners[2]));
-  const Floats color = (upper + row.fv * (lower - upper)) *
-                       (gain * static_cast<float>(largest) / 255);
+  const Floats color =
+      (upper + row.fv * (lower - upper)) * (gain * static_cast<float>(largest) / 255);
   const Floats old_color = toFloats(old >> to & static_cast<std::uint32_t>(largest));
   const Floats dither = toFloats(row.dither >> to / 2 & 1023u) * (1.0f / 1024);
   const Floats mean = old_color + share * (color - old_color);
@@ -220,8 +220,7 @@ updateColor(const FusionView& view, const Row& row, std::uint32_t* color)
   // The worst of the four says how much the colour is worth.
   const Words quality = smaller(smaller(corners[0] >> quality_shift, corners[1] >> quality_shift),
                                 smaller(corners[2] >> quality_shift, corners[3] >> quality_shift));
-  const Floats weight =
-      row.weight * toFloats(quality) * (view.color_weight / best_quality);
+  const Floats weight = row.weight * toFloats(quality) * (view.color_weight / best_quality);
 
   const Words old = load<Words>(color);
   const Words old_code = old & largest_color_weight;
@@ -235,10 +234,10 @@ updateColor(const FusionView& view, const Row& row, std::uint32_t* color)
   const Words code = bitCast<Words>(
       smaller(larger(sum_code, Ints{} + 1), Ints{} + static_cast<int>(largest_color_weight)));
 
-  const Words blended =
-      blendChannel(row, corners, 16, view.gain[2], share, old, red_shift, 511) |
-      blendChannel(row, corners, 8, view.gain[1], share, old, green_shift, 511) |
-      blendChannel(row, corners, 0, view.gain[0], share, old, blue_shift, 255) | code;
+  const Words blended = blendChannel(row, corners, 16, view.gain[2], share, old, red_shift, 511) |
+                        blendChannel(row, corners, 8, view.gain[1], share, old, green_shift, 511) |
+                        blendChannel(row, corners, 0, view.gain[0], share, old, blue_shift, 255) |
+                        code;
   const Ints update = row.update & nearSurface(row);
   const Words result = update ? blended : old;
   std::memcpy(color, &result, sizeof(result));
@@ -259,8 +258,8 @@ insideRegion(const RegionClip& clip, float y, float z)
 // Looks up the measurements of a block and returns the number of rows that one may reach.
 template <bool all_shown>
 BUNDLE_ICP_INLINE int
-lookUpRows(const FusionView& view, const float corner[3], float farthest,
-           const RegionClip* clip, Row rows[block_slab])
+lookUpRows(const FusionView& view, const float corner[3], float farthest, const RegionClip* clip,
+           Row rows[block_slab])
 {
   const Floats x = lane_number * view.step[0][0], y = lane_number * view.step[0][1],
                z = lane_number * view.step[0][2];
@@ -293,9 +292,8 @@ fuse(const FusionView& view, const float corner[3], float farthest, const Region
   // Step by step for all rows instead of row by row: the branches that tell which rows need
   // a step are as good as random, and a loop without them overlaps the rows' look-ups.
   Row rows[block_slab];
-  const int count = showsAll(view, corner)
-                        ? lookUpRows<true>(view, corner, farthest, clip, rows)
-                        : lookUpRows<false>(view, corner, farthest, clip, rows);
+  const int count = showsAll(view, corner) ? lookUpRows<true>(view, corner, farthest, clip, rows)
+                                           : lookUpRows<false>(view, corner, farthest, clip, rows);
 
   int chosen[block_slab], num_chosen = 0;
   for (int i = 0; i < count; ++i) {
@@ -375,8 +373,8 @@ fuseVoxel(const FusionView& view, const float at[3], VoxelMean& voxel)
   }
   const float S = std::max(-1.0f, std::min(1.0f, (D - z) / mu));
   const float behind = z - D - view.voxel_size - view.sigma(z);
-  const float W = view.weight[nearest] *
-                  std::min(1.0f, 1 - behind / (fall_off_voxels * view.voxel_size));
+  const float W =
+      view.weight[nearest] * std::min(1.0f, 1 - behind / (fall_off_voxels * view.voxel_size));
   if (!(W > 0))
     return;
   voxel.S = (voxel.W * voxel.S + W * S) / (voxel.W + W);
@@ -384,8 +382,8 @@ fuseVoxel(const FusionView& view, const float at[3], VoxelMean& voxel)
 }
 
 bool
-fuseBlock(const FusionView& view, const float corner[3], float farthest,
-          const RegionClip* clip, std::uint32_t seed, VoxelBlock& block)
+fuseBlock(const FusionView& view, const float corner[3], float farthest, const RegionClip* clip,
+          std::uint32_t seed, VoxelBlock& block)
 {
   return call<fuse>(view, corner, farthest, clip, seed, block);
 }

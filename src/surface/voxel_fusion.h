@@ -33,12 +33,12 @@ struct FusionView {
  *  surface slanted by 75 degrees, whose cells reach far behind it along the optical axis. */
 constexpr float fall_off_voxels = 4;
 
-/** How far behind a surface at depth z voxels take part [m]: in full for one voxel and the noise. */
+/** How far behind a surface at depth z voxels take part [m]: in full for one voxel and the noise.
+ *  */
 inline double
 reachBehind(const TSDFOptions& options, const DepthNoise& noise, double z)
 {
-  return std::min(options.truncation,
-                  (1 + fall_off_voxels) * options.voxel_size + noise.sigma(z));
+  return std::min(options.truncation, (1 + fall_off_voxels) * options.voxel_size + noise.sigma(z));
 }
 
 /** The part of a block that lies in the volume's region, in the frame of that box. */
@@ -69,7 +69,7 @@ fuseVoxel(const FusionView& view, const float at[3], VoxelMean& voxel);
  *  rounding to the block's 16 bits; `clip` is null where all of the block lies in the region.
  *  Returns true when a voxel that it changed lies behind the surface. */
 bool
-fuseBlock(const FusionView& view, const float corner[3], float farthest,
-          const RegionClip* clip, std::uint32_t seed, VoxelBlock& block);
+fuseBlock(const FusionView& view, const float corner[3], float farthest, const RegionClip* clip,
+          std::uint32_t seed, VoxelBlock& block);
 
 } // namespace bundle_icp

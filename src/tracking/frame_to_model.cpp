@@ -6,7 +6,6 @@
 
 #include <opencv2/core.hpp>
 #include <pcl/exceptions.h>
-#include <opencv2/core.hpp>
 
 #include <cmath>
 #include <optional>
@@ -52,7 +51,7 @@ withThreads(TrackingOptions options)
 class FrameToModelTracker::Impl {
 public:
   Impl(const CameraIntrinsics& camera, const TrackingOptions& options)
-      : camera_(camera), options_(withThreads(options)), volume_(options_.volume)
+  : camera_(camera), options_(withThreads(options)), volume_(options_.volume)
   {
   }
 
@@ -77,8 +76,7 @@ private:
   TrackedFrame
   align(const Cloud::Ptr& source, const Pose& guess) const;
   void
-  remember(const RGBDFrame& frame, const Features& features,
-           const Pose& world_from_camera);
+  remember(const RGBDFrame& frame, const Features& features, const Pose& world_from_camera);
 
   const CameraIntrinsics camera_;
   const TrackingOptions options_;
@@ -137,15 +135,14 @@ FrameToModelTracker::Impl::findPose(const Cloud::Ptr& source, const Features& fe
 }
 
 bool
-FrameToModelTracker::Impl::isTrustworthy(const TrackedFrame& found,
-                                         const Guess& guess) const
+FrameToModelTracker::Impl::isTrustworthy(const TrackedFrame& found, const Guess& guess) const
 {
   const Pose correction = guess.world_from_camera.inverse() * found.world_from_camera;
   const bool do_features_agree = guess.is_visual &&
                                  correction.translation().norm() <= MAX_CORRECTION &&
                                  rotationAngle(correction) <= MAX_CORRECTION;
-  return found.overlap >= (do_features_agree ? options_.min_overlap_with_features
-                                             : options_.min_overlap);
+  return found.overlap >=
+         (do_features_agree ? options_.min_overlap_with_features : options_.min_overlap);
 }
 
 VisualCorrespondences
@@ -154,11 +151,10 @@ FrameToModelTracker::Impl::matchWithLast(const Features& features) const
   VisualCorrespondences visual;
   if (features.size() == 0 || last_features_.size() == 0)
     return visual;
-  const FramePair pair =
-      verifyMatches(last_features_, features,
-                    matchDescriptors(last_features_.descriptors, features.descriptors,
-                                     options_.matching),
-                    camera_, options_.matching);
+  const FramePair pair = verifyMatches(
+      last_features_, features,
+      matchDescriptors(last_features_.descriptors, features.descriptors, options_.matching),
+      camera_, options_.matching);
   for (const FeatureMatch& match : pair.matches) {
     visual.source.push_back(pointInCamera(features, match.second, camera_));
     visual.target.push_back(last_->world_from_camera *
@@ -181,11 +177,9 @@ FrameToModelTracker::Impl::guesses(const std::optional<VisualPose>& visual_pose,
   if (before_last_) {
     const double intervals =
         (timestamp - last_->timestamp) / (last_->timestamp - before_last_->timestamp);
-    const Pose motion =
-        before_last_->world_from_camera.inverse() * last_->world_from_camera;
+    const Pose motion = before_last_->world_from_camera.inverse() * last_->world_from_camera;
     if (std::abs(intervals) <= MAX_EXTRAPOLATION)
-      guesses.push_back(
-          {last_->world_from_camera * increment(intervals * logarithm(motion))});
+      guesses.push_back({last_->world_from_camera * increment(intervals * logarithm(motion))});
   }
   guesses.push_back({last_->world_from_camera});
   return guesses;

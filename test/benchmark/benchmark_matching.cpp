@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 //
-// Features of an image, and matching of two images' descriptors on one core, beside OpenCV's matchers.
+// Features of an image, and matching of two images' descriptors on one core, beside OpenCV's
+// matchers.
 #include <bundle_icp/graph/feature_matching.h>
 #include <bundle_icp/graph/features.h>
 #include <bundle_icp/simulation/synthetic_scan.h>
@@ -17,7 +18,9 @@ const Features&
 featuresOf(std::size_t frame)
 {
   static const SyntheticScan scan;
-  static const auto extract = [](std::size_t i) { return extractFeatures(scan.read(i), scan.camera()); };
+  static const auto extract = [](std::size_t i) {
+    return extractFeatures(scan.read(i), scan.camera());
+  };
   static const Features first = extract(0), second = extract(2);
   return frame == 0 ? first : second;
 }
@@ -36,7 +39,8 @@ descriptors(std::size_t frame, int count)
 void
 matchBundleICP(benchmark::State& state)
 {
-  const cv::Mat first = descriptors(0, int(state.range(0))), second = descriptors(2, int(state.range(0)));
+  const cv::Mat first = descriptors(0, int(state.range(0))),
+                second = descriptors(2, int(state.range(0)));
   MatchingOptions options;
   options.num_threads = 1;
   for (auto _ : state)

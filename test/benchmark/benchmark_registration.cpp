@@ -31,8 +31,8 @@ prepareDepthView(benchmark::State& state)
   const cv::Mat depth = scan().read(0).depth;
   const VirtualDepthOptions options = optionsFor(state);
   for (auto _ : state)
-    benchmark::DoNotOptimize(makeDepthView(depth, scan().camera(),
-                                           static_cast<int>(state.range(1)), options));
+    benchmark::DoNotOptimize(
+        makeDepthView(depth, scan().camera(), static_cast<int>(state.range(1)), options));
 }
 
 void
@@ -42,14 +42,13 @@ renderEightViews(benchmark::State& state)
   const int reduction = static_cast<int>(state.range(1));
   std::vector<DepthView> views;
   for (std::size_t i = 0; i < 8; ++i)
-    views.push_back(
-        makeDepthView(scan().read(3 * i).depth, scan().camera(), reduction));
+    views.push_back(makeDepthView(scan().read(3 * i).depth, scan().camera(), reduction));
   std::vector<RegisteredView> registered;
   for (std::size_t i = 0; i < 8; ++i)
     registered.push_back({&views[i], scan().worldFromCamera(3 * i)});
   for (auto _ : state)
-    benchmark::DoNotOptimize(renderVirtualDepth(registered, views[0].camera,
-                                                scan().worldFromCamera(10), options));
+    benchmark::DoNotOptimize(
+        renderVirtualDepth(registered, views[0].camera, scan().worldFromCamera(10), options));
 }
 
 void
@@ -62,8 +61,8 @@ alignFromFiveDegrees(benchmark::State& state)
   const auto source = cloud(5), target = cloud(3);
   Vector6d offset;
   offset << 0.05, 0.05, 0.05, 0.03, 0.03, 0.03;
-  const Pose guess = scan().worldFromCamera(3).inverse() * scan().worldFromCamera(5) *
-                     increment(offset);
+  const Pose guess =
+      scan().worldFromCamera(3).inverse() * scan().worldFromCamera(5) * increment(offset);
   BundleICP<Point, Point> reg;
   reg.setNumberOfThreads(static_cast<int>(state.range(0)));
   reg.setCameraIntrinsics(scan().camera());
@@ -87,10 +86,6 @@ BENCHMARK(renderEightViews)
     ->Args({2, 2})
     ->Unit(benchmark::kMillisecond)
     ->UseRealTime();
-BENCHMARK(alignFromFiveDegrees)
-    ->Arg(1)
-    ->Arg(2)
-    ->Unit(benchmark::kMillisecond)
-    ->UseRealTime();
+BENCHMARK(alignFromFiveDegrees)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
 
 } // namespace

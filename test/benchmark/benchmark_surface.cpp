@@ -34,10 +34,9 @@ poseAt(const Trajectory& trajectory, double timestamp)
   const auto distance = [timestamp](const TimedPose& pose) {
     return std::abs(pose.timestamp - timestamp);
   };
-  return std::min_element(trajectory.begin(), trajectory.end(),
-                          [&](const TimedPose& a, const TimedPose& b) {
-                            return distance(a) < distance(b);
-                          })
+  return std::min_element(
+             trajectory.begin(), trajectory.end(),
+             [&](const TimedPose& a, const TimedPose& b) { return distance(a) < distance(b); })
       ->world_from_camera;
 }
 
@@ -63,8 +62,8 @@ fuse(const RGBDDataset& dataset, const TSDFOptions& options, std::vector<double>
 // Each frame's least time of all repetitions is in `least`: what it takes where others
 // use the machine for part of the time.
 void
-integrate(benchmark::State& state, const RGBDDataset::ConstPtr& dataset,
-          const TSDFOptions& options, std::vector<double>& least)
+integrate(benchmark::State& state, const RGBDDataset::ConstPtr& dataset, const TSDFOptions& options,
+          std::vector<double>& least)
 {
   const auto sum = [](const std::vector<double>& times) {
     return std::accumulate(times.begin(), times.end(), 0.0);
@@ -114,18 +113,15 @@ registerScan(const std::string& path)
   if (dataset->groundTruth().empty())
     throw std::runtime_error(path + ": has no poses");
   const auto add = [&](const std::string& name, auto function) {
-    return benchmark::RegisterBenchmark(
-               (name + " " + path).c_str(),
-               [=](benchmark::State& state) { function(state, dataset); })
+    return benchmark::RegisterBenchmark((name + " " + path).c_str(),
+                                        [=](benchmark::State& state) { function(state, dataset); })
         ->Unit(benchmark::kMillisecond)
         ->MeasureProcessCPUTime();
   };
   const auto addIntegrate = [&](const std::string& name, const TSDFOptions& options) {
     const auto least = std::make_shared<std::vector<double>>();
-    add(name,
-        [=](benchmark::State& state, const RGBDDataset::ConstPtr& scan) {
-          integrate(state, scan, options, *least);
-        })
+    add(name, [=](benchmark::State& state,
+                  const RGBDDataset::ConstPtr& scan) { integrate(state, scan, options, *least); })
         ->UseManualTime()
         ->Iterations(1);
   };

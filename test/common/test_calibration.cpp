@@ -25,8 +25,7 @@ const float HOLE = std::numeric_limits<float>::quiet_NaN();
 double
 measuredDepth(double z, double x, double y, const Calibration& c, const DepthError& e)
 {
-  return z * (1 + c[P::DEPTH_BIAS] * z + c[P::DEPTH_TILT_X] * x +
-              c[P::DEPTH_TILT_Y] * y) +
+  return z * (1 + c[P::DEPTH_BIAS] * z + c[P::DEPTH_TILT_X] * x + c[P::DEPTH_TILT_Y] * y) +
          DepthNoise().sigma(z) * (e[0] + e[1] * x + e[2] * y);
 }
 
@@ -90,11 +89,9 @@ TEST(Calibration, RefusesWhatIsAnotherCamera)
       calibration.values[i] = value;
       std::string error;
       EXPECT_FALSE(calibration.isValid(&error));
-      EXPECT_CONTAINS(error,
-                      std::string(calibrationName(P(i))) + " must lie within +-");
+      EXPECT_CONTAINS(error, std::string(calibrationName(P(i))) + " must lie within +-");
     }
-  for (const double scale :
-       {0.0, 0.5, 2.0, -1.0, std::numeric_limits<double>::quiet_NaN()}) {
+  for (const double scale : {0.0, 0.5, 2.0, -1.0, std::numeric_limits<double>::quiet_NaN()}) {
     Calibration calibration;
     calibration.depth_scale = scale;
     std::string error;
@@ -112,22 +109,19 @@ TEST(CorrectedDepth, InvertsTheEquation)
       for (const double y : {-0.4, 0.3}) {
         const double measured = measuredDepth(z, x, y, someDepthFaults(), error);
         largest_error = std::max(largest_error, std::abs(measured - z));
-        EXPECT_NEAR(
-            correctedDepth(measured, x, y, someDepthFaults(), error, DepthNoise()), z,
-            1e-4); // a tenth of the best depth noise
+        EXPECT_NEAR(correctedDepth(measured, x, y, someDepthFaults(), error, DepthNoise()), z,
+                    1e-4); // a tenth of the best depth noise
       }
   EXPECT_GT(largest_error, 0.1); // there was something to correct
 }
 
 TEST(CorrectedDepth, WithoutFaultsIsTheMeasuredOne)
 {
-  EXPECT_DOUBLE_EQ(
-      correctedDepth(1.7, 0.3, -0.2, Calibration(), DepthError::Zero(), DepthNoise()),
-      1.7);
+  EXPECT_DOUBLE_EQ(correctedDepth(1.7, 0.3, -0.2, Calibration(), DepthError::Zero(), DepthNoise()),
+                   1.7);
   const CameraIntrinsics camera = smallCamera(40, 30, 30);
   const cv::Mat depth = numberedDepth(camera);
-  const cv::Mat result =
-      correctedDepth(depth, camera, Calibration(), DepthError::Zero());
+  const cv::Mat result = correctedDepth(depth, camera, Calibration(), DepthError::Zero());
   EXPECT_EQ(cv::norm(result, depth, cv::NORM_INF), 0);
   EXPECT_NE(result.data, depth.data); // the frame's own image stays as it is
 }
@@ -149,8 +143,7 @@ TEST(CorrectedDepth, OfAnImageUsesTheRaysOfTheCorrectedCamera)
     }
   depth.at<float>(4, 7) = HOLE;
   const cv::Mat before = depth.clone();
-  const cv::Mat result =
-      correctedDepth(depth, camera, calibration, error);
+  const cv::Mat result = correctedDepth(depth, camera, calibration, error);
   ASSERT_EQ(result.size(), depth.size());
   for (int v = 0; v < depth.rows; ++v)
     for (int u = 0; u < depth.cols; ++u)
@@ -171,8 +164,7 @@ TEST(CorrectedDepth, IsFoundAtTheShiftedPixel)
   calibration[P::DEPTH_SHIFT_Y] = -2;
   cv::Mat depth = numberedDepth(camera);
   depth.at<float>(10, 20) = HOLE;
-  const cv::Mat result =
-      correctedDepth(depth, camera, calibration, DepthError::Zero());
+  const cv::Mat result = correctedDepth(depth, camera, calibration, DepthError::Zero());
   for (int v = 0; v < 30; ++v)
     for (int u = 0; u < 40; ++u) {
       const bool outside = u + 3 >= 40 || v - 2 < 0, hole = u + 3 == 20 && v - 2 == 10;
@@ -180,8 +172,7 @@ TEST(CorrectedDepth, IsFoundAtTheShiftedPixel)
         EXPECT_TRUE(std::isnan(result.at<float>(v, u))) << u << ", " << v;
       }
       else {
-        EXPECT_EQ(result.at<float>(v, u), depth.at<float>(v - 2, u + 3))
-            << u << ", " << v;
+        EXPECT_EQ(result.at<float>(v, u), depth.at<float>(v - 2, u + 3)) << u << ", " << v;
       }
     }
 }
@@ -209,8 +200,7 @@ TEST(CorrectedFrame, RemovesRadialDistortionFromBothImages)
         frame.color.at<cv::Vec3b>(v, u) = cv::Vec3b::all(255);
         frame.depth.at<float>(v, u) = 2;
       }
-  const RGBDFrame result =
-      correctedFrame(frame, camera, calibration, DepthError::Zero());
+  const RGBDFrame result = correctedFrame(frame, camera, calibration, DepthError::Zero());
   EXPECT_EQ(result.id, 7u);
   EXPECT_EQ(result.timestamp, 1.5);
   Eigen::Vector2d by_color = Eigen::Vector2d::Zero(), by_depth = by_color;
@@ -249,13 +239,12 @@ TEST(Calibration, ScaledDepthIsCorrectedToScaledDepth)
   calibration[P::DEPTH_BIAS] = 0.02;
   calibration[P::DEPTH_TILT_X] = 0.05;
   const DepthNoise noise;
-  const double before =
-      correctedDepth(2.0, 0.3, -0.2, calibration, DepthError::Zero(), noise);
+  const double before = correctedDepth(2.0, 0.3, -0.2, calibration, DepthError::Zero(), noise);
   Calibration scaled = calibration;
   scaled.scaleDepth(1.1);
   EXPECT_EQ(scaled.depth_scale, 1.1);
   EXPECT_EQ(scaled.depth_scale_origin, DepthScaleOrigin::KNOWN_DISTANCE);
   // The reader multiplies by depth_scale before.
-  EXPECT_NEAR(correctedDepth(1.1 * 2.0, 0.3, -0.2, scaled, DepthError::Zero(), noise),
-              1.1 * before, 1e-6);
+  EXPECT_NEAR(correctedDepth(1.1 * 2.0, 0.3, -0.2, scaled, DepthError::Zero(), noise), 1.1 * before,
+              1e-6);
 }

@@ -77,8 +77,7 @@ TEST(RigidAlignment, IsWeighted)
   std::vector<PointPair> pairs = makePairs(12, 2, 0);
   std::vector<double> weights(12, 1);
   weights[0] = weights[1] = 0;
-  EXPECT_LT((rigidAlignment(pairs, weights)->matrix() - motion().matrix()).norm(),
-            1e-12);
+  EXPECT_LT((rigidAlignment(pairs, weights)->matrix() - motion().matrix()).norm(), 1e-12);
   pairs[0].weight = pairs[1].weight = 1e-9;
   EXPECT_LT((rigidAlignment(pairs)->matrix() - motion().matrix()).norm(), 1e-9);
 }
@@ -104,8 +103,7 @@ TEST(RobustRigidAlignment, DependsOnItsArgumentsAlone)
   RigidAlignmentOptions options;
   options.seed = 5; // other samples, the same consensus
   const RigidAlignment c = robustRigidAlignment(pairs, options);
-  EXPECT_LT((a.target_from_source.matrix() - c.target_from_source.matrix()).norm(),
-            1e-3);
+  EXPECT_LT((a.target_from_source.matrix() - c.target_from_source.matrix()).norm(), 1e-3);
 }
 
 TEST(RobustRigidAlignment, MovesWithTheTargetFrame)
@@ -133,8 +131,8 @@ TEST(RobustRigidAlignment, RefusesPointsOnALine)
   for (const double width : {0.0, 0.5 * SIGMA}) {
     std::vector<PointPair> pairs = makePairs(60, 0, 0);
     for (PointPair& pair : pairs) {
-      pair.source = Eigen::Vector3d(pair.source.x(), width * pair.source.y(),
-                                    width * pair.source.z());
+      pair.source =
+          Eigen::Vector3d(pair.source.x(), width * pair.source.y(), width * pair.source.z());
       pair.target = motion() * pair.source;
     }
     EXPECT_FALSE(robustRigidAlignment(pairs).success) << width;

@@ -94,10 +94,8 @@ TEST_F(EvaluateProgram, PrintsJson)
 
 TEST_F(EvaluateProgram, SharesOfFrames)
 {
-  writeText(folder.path("rgb.txt"),
-            "# list\n0.0 a.png\n0.1 b.png\n9.0 c.png\n9.1 d.png\n");
-  const ProgramResult result =
-      run({truth, estimate, "--frames", folder.path("rgb.txt")});
+  writeText(folder.path("rgb.txt"), "# list\n0.0 a.png\n0.1 b.png\n9.0 c.png\n9.1 d.png\n");
+  const ProgramResult result = run({truth, estimate, "--frames", folder.path("rgb.txt")});
   EXPECT_CONTAINS(result.out, "frames with a pose  2 of 4 (50.0 %)");
 }
 
@@ -135,8 +133,7 @@ TEST_F(EvaluateProgram, ComparesMeshesAfterAlignment)
   pcl::toPCLPointCloud2(vertices, mesh.cloud);
   mesh.polygons.resize(1);
   mesh.polygons[0].vertices = {0, 1, 2, 3};
-  const std::string mesh_file = folder.path("mesh.ply"),
-                    points = folder.path("surface.ply");
+  const std::string mesh_file = folder.path("mesh.ply"), points = folder.path("surface.ply");
   pcl::io::savePLYFileBinary(mesh_file, mesh);
   pcl::io::savePLYFileBinary(points, surface);
   const ProgramResult result =
@@ -148,9 +145,8 @@ TEST_F(EvaluateProgram, ComparesMeshesAfterAlignment)
   EXPECT_CONTAINS(run({truth, estimate, "--mesh", mesh_file, "--surface", points}).out,
                   "of the surface within 0.01 m");
 
-  EXPECT_CONTAINS(
-      error({truth, estimate, "--mesh", folder.path("x.ply"), "--surface", points}),
-      "x.ply: cannot be opened");
+  EXPECT_CONTAINS(error({truth, estimate, "--mesh", folder.path("x.ply"), "--surface", points}),
+                  "x.ply: cannot be opened");
   writeText(mesh_file, "not a mesh");
   EXPECT_CONTAINS(error({truth, estimate, "--mesh", mesh_file, "--surface", points}),
                   "mesh.ply: cannot be read as PLY");
@@ -161,14 +157,12 @@ TEST_F(EvaluateProgram, FailsWithOneLineThatNamesTheFile)
   EXPECT_CONTAINS(error({folder.path("x.txt"), estimate}), "x.txt: cannot be opened");
   EXPECT_CONTAINS(error({truth, folder.path("x.txt")}), "x.txt: cannot be opened");
   writeText(estimate, "0 0 0 0 0 0 0 2\n");
-  EXPECT_CONTAINS(error({truth, estimate}),
-                  "estimate.txt:1: the quaternion has length 2");
+  EXPECT_CONTAINS(error({truth, estimate}), "estimate.txt:1: the quaternion has length 2");
   for (TimedPose& pose : larger)
     pose.timestamp += 100;
   writeTrajectory(estimate, larger);
   EXPECT_CONTAINS(error({truth, estimate}), "fewer than 3 of its 40 poses");
-  EXPECT_CONTAINS(error({truth, estimate, "--frames", folder.path("x")}),
-                  "x: cannot be opened");
+  EXPECT_CONTAINS(error({truth, estimate, "--frames", folder.path("x")}), "x: cannot be opened");
 }
 
 TEST_F(EvaluateProgram, WrongUsageIsTwo)
@@ -178,10 +172,8 @@ TEST_F(EvaluateProgram, WrongUsageIsTwo)
   EXPECT_CONTAINS(error({truth, estimate, "third"}, 2), "positional");
   EXPECT_CONTAINS(error({truth, estimate, "--unknown"}, 2), "--unknown");
   EXPECT_CONTAINS(error({truth, estimate, "--mesh", "m.ply"}, 2), "belong together");
-  EXPECT_CONTAINS(error({truth, estimate, "--max-difference", "0"}, 2),
-                  "--max-difference");
-  EXPECT_CONTAINS(error({truth, estimate, "--complete-within", "-1"}, 2),
-                  "completeness");
+  EXPECT_CONTAINS(error({truth, estimate, "--max-difference", "0"}, 2), "--max-difference");
+  EXPECT_CONTAINS(error({truth, estimate, "--complete-within", "-1"}, 2), "completeness");
   const ProgramResult help = run({"-h"});
   EXPECT_EQ(help.exit_code, 0);
   EXPECT_CONTAINS(help.out, "Usage: bundle_icp_evaluate GROUNDTRUTH TRAJECTORY");

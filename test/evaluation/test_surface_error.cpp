@@ -133,8 +133,7 @@ TEST(SurfaceError, RefusesWhatCannotBeCompared)
 {
   const auto error = [](const pcl::PolygonMesh& mesh, const Cloud& surface,
                         const SurfaceErrorOptions& options = {}) {
-    return messageOf<pcl::BadArgumentException>(
-        [&] { surfaceError(mesh, surface, options); });
+    return messageOf<pcl::BadArgumentException>([&] { surfaceError(mesh, surface, options); });
   };
   const float nan = std::numeric_limits<float>::quiet_NaN();
   Cloud empty;
@@ -149,8 +148,7 @@ TEST(SurfaceError, RefusesWhatCannotBeCompared)
 
   SurfaceErrorOptions options;
   options.completeness_distance = 0;
-  EXPECT_CONTAINS(error(rectangle(1, 0), unitSquare(), options),
-                  "completeness_distance");
+  EXPECT_CONTAINS(error(rectangle(1, 0), unitSquare(), options), "completeness_distance");
   options = {};
   options.sample_spacing = 0.006;
   EXPECT_CONTAINS(error(rectangle(1, 0), unitSquare(), options), "sample_spacing");

@@ -60,8 +60,7 @@ TEST(AbsoluteTrajectoryError, OfASquareTenPercentTooLarge)
   // puts centre on centre and diagonals on diagonals, and leaves a tenth of half a
   // diagonal at each corner: 0.1 * sqrt(2) / 2 = 0.0707107 m. Scale must not be
   // adjusted.
-  const Trajectory truth = {at(0, 0, 0, 0), at(1, 1, 0, 0), at(2, 1, 1, 0),
-                            at(3, 0, 1, 0)};
+  const Trajectory truth = {at(0, 0, 0, 0), at(1, 1, 0, 0), at(2, 1, 1, 0), at(3, 0, 1, 0)};
   Trajectory estimate;
   const Eigen::Vector3d centre(0.5, 0.5, 0);
   for (TimedPose pose : truth) {
@@ -167,8 +166,8 @@ TEST(RelativePoseError, DrawsThePairsThatPythonDraws)
   // On the spot; estimated at 1 mm * i. Mean and RMSE were computed by
   //   r = random.Random(0); e = [abs(.001 * (r.randint(0, 149) - r.randint(0, 149)))
   //   ...]
-  const auto error = relativePoseError(line(150, 0), line(150, 0.001),
-                                       RelativePoseInterval::ALL_PAIRS);
+  const auto error =
+      relativePoseError(line(150, 0), line(150, 0.001), RelativePoseInterval::ALL_PAIRS);
   ASSERT_TRUE(error);
   EXPECT_EQ(error->translation.count, 10000u);
   EXPECT_NEAR(error->translation.mean, 0.0498058999999994, 1e-10);
@@ -180,13 +179,12 @@ TEST(RelativePoseError, SamplesLongTrajectoriesAsPythonDoes)
   // On the spot; estimated at 1 um * i^2, so that the pair (i, i + 1) errs by (2 i + 1)
   // um. Means computed by random.Random(0).sample(range(n - 2), 10000): one for each of
   // its two ways.
-  for (const auto& [num_poses, mean] : {std::make_pair(12000, 0.0119733901999999),
-                                        std::make_pair(70000, 0.0694253624)}) {
+  for (const auto& [num_poses, mean] :
+       {std::make_pair(12000, 0.0119733901999999), std::make_pair(70000, 0.0694253624)}) {
     Trajectory estimate = line(num_poses, 0);
     for (int i = 0; i < num_poses; ++i)
       estimate[i].world_from_camera.translation().x() = 1e-6 * i * i;
-    const auto error =
-        relativePoseError(line(num_poses, 0), estimate, RelativePoseInterval::FRAME);
+    const auto error = relativePoseError(line(num_poses, 0), estimate, RelativePoseInterval::FRAME);
     ASSERT_TRUE(error);
     EXPECT_EQ(error->translation.count, 10000u);
     EXPECT_NEAR(error->translation.mean, mean, 1e-10) << num_poses;

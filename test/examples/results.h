@@ -26,10 +26,9 @@ protected:
   void
   simulate()
   {
-    const ProgramResult result =
-        runProgram("bundle_icp_simulate",
-                   {scan, "--frames", "12", "--size", "320x240", "--focal-length",
-                    "262", "--surface-spacing", "0", "-q"});
+    const ProgramResult result = runProgram(
+        "bundle_icp_simulate", {scan, "--frames", "12", "--size", "320x240", "--focal-length",
+                                "262", "--surface-spacing", "0", "-q"});
     ASSERT_EQ(result.exit_code, 0) << result.err;
   }
 

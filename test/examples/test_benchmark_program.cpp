@@ -14,10 +14,9 @@ protected:
     for (const char* const name : {"bundle_icp_benchmark", "bundle_icp_simulate"})
       if (!hasProgram(name))
         GTEST_SKIP() << name << " is not built";
-    const ProgramResult result =
-        runProgram("bundle_icp_simulate",
-                   {scan, "--frames", "8", "--size", "240x180", "--focal-length", "197",
-                    "--surface-spacing", "0", "-q"});
+    const ProgramResult result = runProgram(
+        "bundle_icp_simulate", {scan, "--frames", "8", "--size", "240x180", "--focal-length", "197",
+                                "--surface-spacing", "0", "-q"});
     ASSERT_EQ(result.exit_code, 0) << result.err;
   }
 
@@ -32,12 +31,10 @@ protected:
   std::string scan = folder.path("scan"), out = folder.path("out");
 };
 
-const std::vector<std::string> METHODS{"f2m_icp", "visual_icp", "rgbd_sfm",
-                                       "bundle_icp"};
-const std::vector<std::string> ABLATIONS{"no virtual depth", "no visual start",
-                                         "no global adjustment", "no dense terms",
-                                         "no motion prior", "no self-calibration",
-                                         "no depth error of each image"};
+const std::vector<std::string> METHODS{"f2m_icp", "visual_icp", "rgbd_sfm", "bundle_icp"};
+const std::vector<std::string> ABLATIONS{
+    "no virtual depth", "no visual start",     "no global adjustment",        "no dense terms",
+    "no motion prior",  "no self-calibration", "no depth error of each image"};
 
 } // namespace
 
@@ -96,17 +93,14 @@ TEST_F(BenchmarkProgram, RefusesWhatItCannotCompare)
     EXPECT_EQ(result.out, "");
   };
   expect({}, 2, "expected SCAN...");
-  expect(
-      {scan, "--methods", "f2m_icp,slam"}, 2,
-      "--methods f2m_icp,slam: known are f2m_icp, visual_icp, rgbd_sfm and bundle_icp");
-  expect({scan, "--keep", "2,x"}, 2,
-         "--keep 2,x: expected numbers separated by commas");
+  expect({scan, "--methods", "f2m_icp,slam"}, 2,
+         "--methods f2m_icp,slam: known are f2m_icp, visual_icp, rgbd_sfm and bundle_icp");
+  expect({scan, "--keep", "2,x"}, 2, "--keep 2,x: expected numbers separated by commas");
   expect({scan, "--keep", "0"}, 2, "--keep: each number must be at least 1");
   expect({scan, "--blur-fraction", "1.5"}, 2, "each number must lie in 0 ... 1");
   expect({scan, "--stride", "-1"}, 2, "--stride -1: must not be negative");
   expect({folder.path("none")}, 1, folder.path("none"));
   boost::filesystem::remove(scan + "/groundtruth.txt");
-  expect({scan, "-o", out}, 1,
-         scan + ": the recording holds no true poses to compare with");
+  expect({scan, "-o", out}, 1, scan + ": the recording holds no true poses to compare with");
   EXPECT_FALSE(boost::filesystem::exists(out));
 }

@@ -12,9 +12,9 @@ namespace {
 
 const std::map<std::string, std::vector<std::string>> options_of = {
     {"benchmark",
-     {"SCAN...", "-o [ --output ]", "--methods", "--ablations", "--keep",
-      "--blur-fraction", "--seed", "--stride", "--max-frames", "--shuffle",
-      "--intrinsics", "--depth-scale", "--sensor", "--threads", "-q [ --quiet ]", "[m]", "[px]"}},
+     {"SCAN...", "-o [ --output ]", "--methods", "--ablations", "--keep", "--blur-fraction",
+      "--seed", "--stride", "--max-frames", "--shuffle", "--intrinsics", "--depth-scale",
+      "--sensor", "--threads", "-q [ --quiet ]", "[m]", "[px]"}},
     {"reconstruct",
      {"SCAN",
       "-o [ --output ]",
@@ -42,8 +42,8 @@ const std::map<std::string, std::vector<std::string>> options_of = {
       "[m]",
       "[px]"}},
     {"evaluate",
-     {"GROUNDTRUTH", "TRAJECTORY", "--json", "--frames", "--max-difference", "--mesh",
-      "--surface", "--complete-within", "--threads", "[s]", "[m]"}},
+     {"GROUNDTRUTH", "TRAJECTORY", "--json", "--frames", "--max-difference", "--mesh", "--surface",
+      "--complete-within", "--threads", "[s]", "[m]"}},
     {"simulate",
      {"OUT",
       "--frames",

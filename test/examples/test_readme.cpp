@@ -28,8 +28,7 @@ blocksOf(const std::string& text, const std::string& language)
 {
   const std::string begin = "\n```" + language + "\n", end = "\n```\n";
   std::vector<std::string> blocks;
-  for (std::size_t at = text.find(begin); at != std::string::npos;
-       at = text.find(begin, at + 1)) {
+  for (std::size_t at = text.find(begin); at != std::string::npos; at = text.find(begin, at + 1)) {
     const std::size_t first = at + begin.size();
     blocks.push_back(text.substr(first, text.find(end, first) + 1 - first));
   }
@@ -51,8 +50,7 @@ allExamples(const std::string& extension)
 
 TEST(Readme, ShowsCodeOfTheExamples)
 {
-  const std::string readme =
-      readText(std::string(BUNDLE_ICP_SOURCE_FOLDER) + "/README.md");
+  const std::string readme = readText(std::string(BUNDLE_ICP_SOURCE_FOLDER) + "/README.md");
   for (const auto& [language, extension] :
        {std::make_pair("cpp", ".cpp"), std::make_pair("cmake", ".txt")}) {
     const std::vector<std::string> blocks = blocksOf(readme, language);

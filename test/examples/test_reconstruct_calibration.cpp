@@ -18,10 +18,10 @@ protected:
   void
   simulate(const char* frames)
   {
-    const ProgramResult result = runProgram(
-        "bundle_icp_simulate",
-        {scan, "--frames", frames, "--rate", "5", "--size", "320x240", "--focal-length",
-         "262", "--focal-error", "0.02", "--surface-spacing", "0", "-q"});
+    const ProgramResult result =
+        runProgram("bundle_icp_simulate",
+                   {scan, "--frames", frames, "--rate", "5", "--size", "320x240", "--focal-length",
+                    "262", "--focal-error", "0.02", "--surface-spacing", "0", "-q"});
     ASSERT_EQ(result.exit_code, 0) << result.err;
   }
 
@@ -115,8 +115,7 @@ TEST_F(ReconstructCalibration, IsFoundReportedAndUsedAgain)
   const Trajectory second = trajectory();
   ASSERT_EQ(second.size(), first.size());
   for (std::size_t i = 0; i < first.size(); ++i)
-    EXPECT_TRUE(second[i].world_from_camera.isApprox(first[i].world_from_camera, 5e-4))
-        << i;
+    EXPECT_TRUE(second[i].world_from_camera.isApprox(first[i].world_from_camera, 5e-4)) << i;
 
   run({"--calibration", file, "--no-calibration", "--max-frames", "9"});
   EXPECT_EQ(calibration()["parameters"]["focal_x"]["value"], focal["value"]);
@@ -164,8 +163,7 @@ TEST_F(ReconstructCalibration, RefusesBadFiles)
   EXPECT_CONTAINS(error(), "calibration.json: made for images of 640x480, not 320x240");
   json["camera"] = {{"width", 320}, {"height", 240}, {"fx", 60},
                     {"fy", 60},     {"cx", 160},     {"cy", 120}};
-  for (const auto& [parameter, reason] :
-       std::vector<std::pair<nlohmann::json, std::string>>{
+  for (const auto& [parameter, reason] : std::vector<std::pair<nlohmann::json, std::string>>{
            {{{"zoom", {{"value", 1}}}}, "'zoom' is not a parameter"},
            {{{"readout", {{"value", "fast"}}}}, "readout: value is not a number"},
            {{{"readout", {{"value", 3}}}}, "readout must lie within +-0.1"}}) {
@@ -184,11 +182,9 @@ TEST_F(ReconstructCalibration, RefusesBadFiles)
 
 TEST_F(ReconstructCalibration, RefusesWrongUsage)
 {
-  for (const char* const bad :
-       {"1", "1,", "1;2", "1,2,3", "0,1", "1,-1", "1,nan", "a,b"})
+  for (const char* const bad : {"1", "1,", "1;2", "1,2,3", "0,1", "1,-1", "1,nan", "a,b"})
     EXPECT_CONTAINS(failure({"--known-distance", bad}, 2),
-                    std::string("--known-distance ") + bad +
-                        ": expected MEASURED,TRUE");
+                    std::string("--known-distance ") + bad + ": expected MEASURED,TRUE");
   EXPECT_CONTAINS(failure({"--known-distance", "1,3"}, 2), "differ by a factor of 2");
   EXPECT_CONTAINS(failure({"--calibration", file, "--method", "f2m_icp"}, 2),
                   "--calibration: only the method bundle_icp");

@@ -14,9 +14,9 @@ namespace fs = boost::filesystem;
 
 namespace {
 
-const std::set<std::string> earlier = {
-    "trajectory.txt", "sparse.ply",     "mesh.ply",        "report.json",
-    "mesh.png",       "trajectory.png", "calibration.json"};
+const std::set<std::string> earlier = {"trajectory.txt",  "sparse.ply", "mesh.ply",
+                                       "report.json",     "mesh.png",   "trajectory.png",
+                                       "calibration.json"};
 
 class ReconstructFailure : public ReconstructProgram {
 protected:
@@ -95,12 +95,10 @@ private:
 
 TEST_F(ReconstructFailure, FolderMissingEmptyOrUnknown)
 {
-  EXPECT_CONTAINS(error({folder.path("absent"), "-o", out}, 1),
-                  "absent: no such folder");
+  EXPECT_CONTAINS(error({folder.path("absent"), "-o", out}, 1), "absent: no such folder");
   EXPECT_CONTAINS(error({scan + "/rgb.txt", "-o", out}, 1), "rgb.txt: is not a folder");
   fs::create_directories(folder.path("empty"));
-  EXPECT_CONTAINS(error({folder.path("empty"), "-o", out}, 1),
-                  "empty: the folder is empty");
+  EXPECT_CONTAINS(error({folder.path("empty"), "-o", out}, 1), "empty: the folder is empty");
   EXPECT_CONTAINS(error({folder.path(), "-o", out}, 1), "unknown format; expected TUM");
 }
 
@@ -169,13 +167,11 @@ TEST_F(ReconstructFailure, IntrinsicsImpossibleOrUnknown)
 TEST_F(ReconstructFailure, PosesThatAreNotRigidAreNotATruth)
 {
   const std::string place = folder.path("seven_scenes");
-  recordings::writeSevenScenesFrame(place, 0, recordings::color(0),
-                                    recordings::depth(1000));
+  recordings::writeSevenScenesFrame(place, 0, recordings::color(0), recordings::depth(1000));
   writeText(place + "/camera-intrinsics.txt", "60 0 32\n0 60 24\n0 0 1\n");
   writeText(folder.path("estimate.txt"), "0 0 0 0 0 0 0 1\n");
   for (const std::string first_row : {"2 0 0 0", "nan 0 0 0"}) {
-    writeText(place + "/frame-000000.pose.txt",
-              first_row + "\n0 1 0 0\n0 0 1 0\n0 0 0 1\n");
+    writeText(place + "/frame-000000.pose.txt", first_row + "\n0 1 0 0\n0 0 1 0\n0 0 0 1\n");
     const ProgramResult result =
         runProgram("bundle_icp_evaluate", {place, folder.path("estimate.txt")});
     EXPECT_EQ(result.exit_code, 1);
@@ -191,8 +187,7 @@ TEST_F(ReconstructFailure, OutputThatCannotBeWritten)
   EXPECT_CONTAINS(error({scan, "-o", file}, 1), "rgb.txt: cannot be made a folder");
   EXPECT_CONTAINS(error({scan, "-o", file + "/out"}, 1),
                   "rgb.txt/out: cannot be made a folder: Not a directory");
-  EXPECT_CONTAINS(error({scan, "-o", "/proc/out"}, 1),
-                  "/proc/out: cannot be made a folder");
+  EXPECT_CONTAINS(error({scan, "-o", "/proc/out"}, 1), "/proc/out: cannot be made a folder");
   EXPECT_EQ(readText(file), before);
 }
 
@@ -201,8 +196,8 @@ TEST_F(ReconstructFailure, FullDisk)
   fs::remove_all(scan);
   simulate();
   ProgramResult result;
-  const std::vector<std::pair<rlim_t, std::string>> first_too_large = {
-      {500, "report.json"}, {20000, "trajectory.png"}};
+  const std::vector<std::pair<rlim_t, std::string>> first_too_large = {{500, "report.json"},
+                                                                       {20000, "trajectory.png"}};
   for (const auto& [bytes, file] : first_too_large) {
     {
       const FileSizeLimit limit(bytes);
@@ -236,8 +231,7 @@ TEST_F(ReconstructFailure, WrongUsage)
   EXPECT_CONTAINS(error({"-o", out}, 2), "expected SCAN -o OUT");
   EXPECT_CONTAINS(misuse({"second"}), "positional");
   EXPECT_CONTAINS(misuse({"--unknown"}), "--unknown");
-  EXPECT_CONTAINS(misuse({"--roi", "1,2,3"}),
-                  "--roi 1,2,3: expected x0,y0,z0,x1,y1,z1");
+  EXPECT_CONTAINS(misuse({"--roi", "1,2,3"}), "--roi 1,2,3: expected x0,y0,z0,x1,y1,z1");
   EXPECT_CONTAINS(misuse({"--mesh-format", "ply,dae"}), "unknown mesh format 'dae'");
   EXPECT_CONTAINS(misuse({"--fill-holes", "-1"}), "max_hole_perimeter -1");
   EXPECT_CONTAINS(misuse({"--decimate-error", "-1"}), "max_error -1");
@@ -252,7 +246,8 @@ TEST_F(ReconstructFailure, WrongUsage)
   EXPECT_CONTAINS(misuse({"--method", "best"}), "--method best: known");
   EXPECT_CONTAINS(misuse({"--matching", "best"}), "--matching best: known are exact and kdtree");
   EXPECT_CONTAINS(misuse({"--device", "abacus"}), "--device abacus: known");
-  EXPECT_CONTAINS(misuse({"--solver", "abacus"}), "--solver abacus: known are auto, ceres and schur");
+  EXPECT_CONTAINS(misuse({"--solver", "abacus"}),
+                  "--solver abacus: known are auto, ceres and schur");
   EXPECT_CONTAINS(misuse({"--voxel-size", "0"}), "voxel_size");
   EXPECT_CONTAINS(misuse({"--voxel-size", "small"}), "--voxel-size");
   EXPECT_CONTAINS(misuse({"--threads=-1"}), "num_threads");

@@ -55,9 +55,9 @@ TEST_F(ReconstructScan, GivesPosesPointsMeshAndReport)
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_EQ(result.err, "");
   EXPECT_CONTAINS(result.out, "12 of 12 frames have a pose in one world");
-  EXPECT_EQ(namesIn(out), (std::set<std::string>{
-                              "calibration.json", "mesh.ply", "mesh.png", "report.json",
-                              "sparse.ply", "trajectory.png", "trajectory.txt"}));
+  EXPECT_EQ(namesIn(out),
+            (std::set<std::string>{"calibration.json", "mesh.ply", "mesh.png", "report.json",
+                                   "sparse.ply", "trajectory.png", "trajectory.txt"}));
   const Trajectory truth = readTrajectory(scan + "/groundtruth.txt"),
                    estimate = readTrajectory(out + "/trajectory.txt");
   EXPECT_EQ(estimate.size(), 12u);
@@ -99,8 +99,8 @@ TEST_F(ReconstructScan, ReportHasWhatWasPromised)
 {
   ASSERT_EQ(reconstruct({"--no-mesh", "--max-frames", "4"}).exit_code, 0);
   const nlohmann::json json = report();
-  for (const char* const key : {"version", "frames", "components", "timing_s",
-                                "peak_memory_bytes", "calibration", "options"})
+  for (const char* const key : {"version", "frames", "components", "timing_s", "peak_memory_bytes",
+                                "calibration", "options"})
     EXPECT_TRUE(json.contains(key)) << key;
   ASSERT_EQ(json["frames"].size(), 4u);
   for (const auto& frame : json["frames"]) {
@@ -118,7 +118,8 @@ TEST_F(ReconstructScan, ReportHasWhatWasPromised)
 TEST_F(ReconstructScan, MatchingByTreesRepeatsItself)
 {
   const auto by_trees = [&](const std::string& threads) {
-    const std::vector<std::string> arguments{"--no-mesh", "--matching", "kdtree", "--threads", threads};
+    const std::vector<std::string> arguments{"--no-mesh", "--matching", "kdtree", "--threads",
+                                             threads};
     EXPECT_EQ(reconstruct(arguments).exit_code, 0);
     EXPECT_EQ(report()["options"]["matching"], "kdtree");
     return readText(out + "/trajectory.txt") + readText(out + "/sparse.ply");
@@ -169,14 +170,12 @@ TEST_F(ReconstructScan, OrderOfFramesDoesNotMatter)
   ASSERT_EQ(shuffled.size(), ordered.size());
   for (std::size_t i = 0; i < ordered.size(); ++i) {
     EXPECT_EQ(shuffled[i].timestamp, ordered[i].timestamp);
-    EXPECT_TRUE(
-        shuffled[i].world_from_camera.isApprox(ordered[i].world_from_camera, 1e-6));
+    EXPECT_TRUE(shuffled[i].world_from_camera.isApprox(ordered[i].world_from_camera, 1e-6));
   }
 }
 
 TEST_F(ReconstructScan, StrideAndLimitOfFrames)
 {
-  ASSERT_EQ(reconstruct({"--no-mesh", "--stride", "2", "--max-frames", "3"}).exit_code,
-            0);
+  ASSERT_EQ(reconstruct({"--no-mesh", "--stride", "2", "--max-frames", "3"}).exit_code, 0);
   EXPECT_EQ(ids(), (std::vector<std::size_t>{0, 2, 4}));
 }

@@ -78,9 +78,8 @@ TEST(DescriptorProducts, EqualIntegerProductsForAnySize)
   for (const int size : {1, 15, 16, 17, 1000})
     for (const int other : {1, 5, 16, 17, 33}) {
       SCOPED_TRACE(std::to_string(other) + " x " + std::to_string(size));
-      forEachVariant([&] {
-        expectNaiveResult(randomDescriptors(other, 1), randomDescriptors(size, 2));
-      });
+      forEachVariant(
+          [&] { expectNaiveResult(randomDescriptors(other, 1), randomDescriptors(size, 2)); });
     }
 }
 
@@ -128,8 +127,7 @@ TEST(DescriptorProducts, NoColumnsGiveNoBest)
 TEST(DescriptorTree, FindsItsOwnDescriptors)
 {
   const cv::Mat descriptors = Landmarks(300).descriptors();
-  const std::vector<BestProducts> best =
-      DescriptorTree(descriptors).bestProducts(descriptors);
+  const std::vector<BestProducts> best = DescriptorTree(descriptors).bestProducts(descriptors);
   int right = 0;
   for (int i = 0; i < descriptors.rows; ++i)
     right += best[i].index == i;
@@ -161,8 +159,7 @@ TEST(DescriptorTree, ManyTimesTheSameDescriptor)
 
 TEST(DescriptorTree, AgreesWithProductsOnARenderedPair)
 {
-  const cv::Mat &first = roomFeatures(0).descriptors,
-                &second = roomFeatures(4).descriptors;
+  const cv::Mat &first = roomFeatures(0).descriptors, &second = roomFeatures(4).descriptors;
   MatchingOptions options;
   const std::vector<FeatureMatch> exact = matchDescriptors(first, second, options);
   options.backend = MatchingBackend::KDTREE;

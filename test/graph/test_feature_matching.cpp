@@ -49,12 +49,11 @@ TEST(MatchDescriptors, FindsTheSameLandmarksOneToOne)
 {
   const Landmarks landmarks(300);
   const std::vector<LandmarkView> views = landmarkViews(landmarks, 2);
-  for (const MatchingBackend backend :
-       {MatchingBackend::EXACT, MatchingBackend::KDTREE}) {
+  for (const MatchingBackend backend : {MatchingBackend::EXACT, MatchingBackend::KDTREE}) {
     MatchingOptions options;
     options.backend = backend;
-    const std::vector<FeatureMatch> matches = matchDescriptors(
-        views[0].features.descriptors, views[1].features.descriptors, options);
+    const std::vector<FeatureMatch> matches =
+        matchDescriptors(views[0].features.descriptors, views[1].features.descriptors, options);
     EXPECT_GT(matches.size(), 50u);
     expectOneToOne(matches);
     for (const FeatureMatch& match : matches)
@@ -82,8 +81,7 @@ TEST(MatchDescriptors, DropsAmbiguousOnes)
 TEST(MatchDescriptors, EmptyListsHaveNoMatches)
 {
   const cv::Mat none(0, 128, CV_8UC1), some = Landmarks(40).descriptors();
-  for (const MatchingBackend backend :
-       {MatchingBackend::EXACT, MatchingBackend::KDTREE}) {
+  for (const MatchingBackend backend : {MatchingBackend::EXACT, MatchingBackend::KDTREE}) {
     MatchingOptions options;
     options.backend = backend;
     EXPECT_TRUE(matchDescriptors(none, some, options).empty());
@@ -124,14 +122,13 @@ TEST(VerifyMatches, NeedsDepthAndEnoughMatches)
       matchDescriptors(views[0].features.descriptors, views[1].features.descriptors);
   MatchingOptions options;
   options.min_matches = putative.size() + 1;
-  EXPECT_TRUE(verifyMatches(views[0].features, views[1].features, putative,
-                            landmarks.camera(), options)
-                  .matches.empty());
+  EXPECT_TRUE(
+      verifyMatches(views[0].features, views[1].features, putative, landmarks.camera(), options)
+          .matches.empty());
   std::fill(views[0].features.depths.begin(), views[0].features.depths.end(),
             std::numeric_limits<float>::quiet_NaN());
-  EXPECT_TRUE(
-      verifyMatches(views[0].features, views[1].features, putative, landmarks.camera())
-          .matches.empty());
+  EXPECT_TRUE(verifyMatches(views[0].features, views[1].features, putative, landmarks.camera())
+                  .matches.empty());
 }
 
 TEST(MatchPairs, PoseOfARenderedPairIsTheTruth)
@@ -158,8 +155,7 @@ TEST(MatchPairs, DoesNotDependOnThreads)
     MatchingOptions options;
     options.backend = backend;
     options.num_threads = 1;
-    const std::vector<FramePair> one =
-        matchPairs(features, room().camera(), candidates, options);
+    const std::vector<FramePair> one = matchPairs(features, room().camera(), candidates, options);
     options.num_threads = 3;
     expectSame(one, matchPairs(features, room().camera(), candidates, options));
     EXPECT_GE(one.size(), 4u);
@@ -180,8 +176,7 @@ TEST(MatchPairs, ReportsProgressAndStops)
     EXPECT_EQ(progress.total, 10u);
     return ++calls < 3;
   };
-  EXPECT_EQ(matchPairs(features, landmarks.camera(), candidates, options, stop_at_third)
-                .size(),
+  EXPECT_EQ(matchPairs(features, landmarks.camera(), candidates, options, stop_at_third).size(),
             3u);
   EXPECT_EQ(calls, 3u);
 }

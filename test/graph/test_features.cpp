@@ -32,12 +32,10 @@ texturedFrame(const cv::Mat& depth)
   frame.id = 17;
   frame.color = cv::Mat(240, 320, CV_8UC3, cv::Scalar(90, 90, 90));
   for (int i = 0; i < 700; ++i) {
-    const int x = static_cast<int>(random() % 320),
-              y = static_cast<int>(random() % 240);
+    const int x = static_cast<int>(random() % 320), y = static_cast<int>(random() % 240);
     const int radius = 2 + static_cast<int>(random() % 6);
     const double grey = static_cast<double>(random() % 256);
-    cv::circle(frame.color, {x, y}, radius, {grey, 255 - grey, grey}, cv::FILLED,
-               cv::LINE_AA);
+    cv::circle(frame.color, {x, y}, radius, {grey, 255 - grey, grey}, cv::FILLED, cv::LINE_AA);
   }
   frame.depth = depth;
   return frame;
@@ -106,8 +104,7 @@ TEST(Features, SigmaFollowsTheNoiseModel)
   CameraIntrinsics other = camera();
   other.depth_noise.quadratic = 0.004;
   for (const float distance : {0.8f, 2.0f, 4.0f}) {
-    const Features features =
-        extractFeatures(texturedFrame(wall(distance)), other);
+    const Features features = extractFeatures(texturedFrame(wall(distance)), other);
     for (std::size_t j = 0; j < features.size(); ++j)
       if (features.hasDepth(j)) {
         EXPECT_NEAR(features.depths[j], distance, 1e-5);
@@ -129,8 +126,7 @@ TEST(Features, HaveNoDepthAtADepthEdge)
       ++at_edge;
       EXPECT_FALSE(features.hasDepth(j)) << pixel.transpose();
     }
-    else if (distance > 5 && pixel.x() > 4 && pixel.y() > 4 && pixel.x() < 315 &&
-             pixel.y() < 235) {
+    else if (distance > 5 && pixel.x() > 4 && pixel.y() > 4 && pixel.x() < 315 && pixel.y() < 235) {
       EXPECT_NEAR(features.depths[j], pixel.x() < 160 ? 1 : 2, 1e-5);
     }
   }
@@ -184,8 +180,7 @@ TEST(Features, KeepTheStrongest)
 {
   FeatureOptions options;
   options.max_features = 50;
-  const Features features =
-      extractFeatures(texturedFrame(wall(1.5f)), camera(), options);
+  const Features features = extractFeatures(texturedFrame(wall(1.5f)), camera(), options);
   EXPECT_GE(features.size(), 50u);
   EXPECT_LE(features.size(), 60u); // equal responses
 }
@@ -204,8 +199,7 @@ TEST(Features, RefuseImagesOfWrongTypeOrSize)
 {
   const RGBDFrame good = texturedFrame(wall(1));
   const auto message = [](const RGBDFrame& frame) {
-    return messageOf<pcl::BadArgumentException>(
-        [&] { extractFeatures(frame, camera()); });
+    return messageOf<pcl::BadArgumentException>([&] { extractFeatures(frame, camera()); });
   };
   RGBDFrame frame = good;
   frame.color = cv::Mat(240, 320, CV_8UC1, cv::Scalar(0));
@@ -223,8 +217,7 @@ TEST(Features, RefuseInvalidOptionsAndCameras)
 {
   const RGBDFrame frame = texturedFrame(wall(1));
   const auto message = [&](const FeatureOptions& options) {
-    return messageOf<pcl::BadArgumentException>(
-        [&] { extractFeatures(frame, camera(), options); });
+    return messageOf<pcl::BadArgumentException>([&] { extractFeatures(frame, camera(), options); });
   };
   FeatureOptions options;
   options.max_features = 2;
@@ -238,7 +231,7 @@ TEST(Features, RefuseInvalidOptionsAndCameras)
   options = {};
   options.pixel_sigma = 0;
   EXPECT_CONTAINS(message(options), "pixel_sigma must be > 0");
-  EXPECT_CONTAINS(messageOf<pcl::BadArgumentException>(
-                      [&] { extractFeatures(frame, CameraIntrinsics()); }),
-                  "extractFeatures");
+  EXPECT_CONTAINS(
+      messageOf<pcl::BadArgumentException>([&] { extractFeatures(frame, CameraIntrinsics()); }),
+      "extractFeatures");
 }

@@ -149,8 +149,7 @@ TEST(ImageGraph, ImagesAppendedInPartsGetTheSameEdges)
     for (std::size_t k = 0; k < a.size(); ++k) {
       EXPECT_EQ(a[k].neighbour, b[k].neighbour);
       EXPECT_EQ(a[k].pair->matches.size(), b[k].pair->matches.size());
-      EXPECT_EQ(a[k].pair->first_from_second.matrix(),
-                b[k].pair->first_from_second.matrix());
+      EXPECT_EQ(a[k].pair->first_from_second.matrix(), b[k].pair->first_from_second.matrix());
     }
   }
 }
@@ -216,13 +215,11 @@ TEST(ImageGraph, WithoutDescriptorsNothingCanBeAppended)
 TEST(ImageGraph, RefusesInvalidOptionsAndCameras)
 {
   const auto message = [](const ImageGraphOptions& options) {
-    return messageOf<pcl::BadArgumentException>(
-        [&] { ImageGraph(room().camera(), options); });
+    return messageOf<pcl::BadArgumentException>([&] { ImageGraph(room().camera(), options); });
   };
   ImageGraphOptions options;
   options.min_relative_sharpness = 1;
-  EXPECT_CONTAINS(message(options),
-                  "ImageGraph: min_relative_sharpness must lie in [0, 1)");
+  EXPECT_CONTAINS(message(options), "ImageGraph: min_relative_sharpness must lie in [0, 1)");
   options = {};
   options.key_similarity = 1;
   EXPECT_CONTAINS(message(options), "key_similarity must lie in [0, 1)");
@@ -235,7 +232,6 @@ TEST(ImageGraph, RefusesInvalidOptionsAndCameras)
   options = {};
   options.retrieval.vocabulary_size = 0;
   EXPECT_CONTAINS(message(options), "vocabulary_size");
-  EXPECT_CONTAINS(
-      messageOf<pcl::BadArgumentException>([] { ImageGraph{CameraIntrinsics()}; }),
-      "ImageGraph: ");
+  EXPECT_CONTAINS(messageOf<pcl::BadArgumentException>([] { ImageGraph{CameraIntrinsics()}; }),
+                  "ImageGraph: ");
 }

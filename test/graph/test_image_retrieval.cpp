@@ -56,8 +56,7 @@ TEST(ImageRetrieval, AnImageIsMostSimilarToItselfSlightlyMoved)
   for (const std::size_t i : {0, 4, 9}) {
     const Pose pose = room().worldFromCamera(6 * i) * randomMotion(i, 0.03, 0.02);
     retrieval.add(extractFeatures(room().render(pose), room().camera()));
-    const std::vector<std::size_t> similar =
-        retrieval.mostSimilar(retrieval.size() - 1, all, 3);
+    const std::vector<std::size_t> similar = retrieval.mostSimilar(retrieval.size() - 1, all, 3);
     ASSERT_EQ(similar.size(), 3u);
     EXPECT_EQ(similar[0], i);
   }

@@ -60,8 +60,7 @@ TEST(WriteAtomically, FollowsLinks)
   const TemporaryFolder folder;
   writeText(folder.path("there/file.txt"), "old");
   fs::create_symlink(folder.path("there/file.txt"), folder.path("link.txt"));
-  writeAtomically(folder.path("link.txt"),
-                  [](const std::string& name) { writeText(name, "new"); });
+  writeAtomically(folder.path("link.txt"), [](const std::string& name) { writeText(name, "new"); });
   EXPECT_TRUE(fs::is_symlink(folder.path("link.txt")));
   EXPECT_EQ(readText(folder.path("there/file.txt")), "new");
 }
@@ -77,8 +76,7 @@ TEST(WriteAtomically, RefusesPlacesThatCannotBeWritten)
   EXPECT_CONTAINS(error(folder.path("absent/file.txt")),
                   "absent/file.txt: cannot be written: No such file or directory");
   EXPECT_CONTAINS(error(folder.path()), "it is a folder");
-  EXPECT_CONTAINS(error("/dev/full"),
-                  "/dev/full: cannot be written: it is not a regular file");
+  EXPECT_CONTAINS(error("/dev/full"), "/dev/full: cannot be written: it is not a regular file");
   if (::geteuid() != 0) { // nothing is unwritable to root
     fs::permissions(folder.path(), fs::owner_read | fs::owner_exe);
     EXPECT_CONTAINS(error(folder.path("file.txt")), "Permission denied");

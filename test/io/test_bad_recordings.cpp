@@ -79,8 +79,7 @@ TEST_F(BadRecording, EightBitDepth)
 TEST_F(BadRecording, ColourImageInPlaceOfDepth)
 {
   writeText(place + "/depth.txt", "0 rgb/0.png\n0.1 rgb/1.png");
-  EXPECT_CONTAINS(openError(place),
-                  "rgb/0.png: a colour image where depth is expected");
+  EXPECT_CONTAINS(openError(place), "rgb/0.png: a colour image where depth is expected");
 }
 
 TEST_F(BadRecording, DepthImageInPlaceOfColour)
@@ -113,12 +112,10 @@ TEST_F(BadRecording, ImagesNotOfTheSizeOfTheIntrinsics)
 TEST_F(BadRecording, ImpossibleOrUnknownIntrinsics)
 {
   DatasetOptions options;
-  for (const char* const text :
-       {"0,60,32,24", "-60,60,32,24", "60,60,200,24", "1e9,60,32,24"}) {
+  for (const char* const text : {"0,60,32,24", "-60,60,32,24", "60,60,200,24", "1e9,60,32,24"}) {
     options.intrinsics = parseIntrinsics(text);
-    EXPECT_CONTAINS(
-        messageOf<pcl::BadArgumentException>([&] { openDataset(place, options); }),
-        "impossible camera intrinsics")
+    EXPECT_CONTAINS(messageOf<pcl::BadArgumentException>([&] { openDataset(place, options); }),
+                    "impossible camera intrinsics")
         << text;
   }
   writeText(place + "/intrinsics.txt", "60 60 32\n");
@@ -151,8 +148,7 @@ TEST_F(BadRecording, UnsuitableFirstFrameDoesNotFailTheRecording)
   recordings::writeImage(place + "/depth/2.png", recordings::depth(5000, {32, 24}));
   const auto dataset = openDataset(place);
   EXPECT_EQ(dataset->camera().width, 64);
-  EXPECT_CONTAINS(messageOf<pcl::IOException>([&] { dataset->read(0); }),
-                  "has 100x100");
+  EXPECT_CONTAINS(messageOf<pcl::IOException>([&] { dataset->read(0); }), "has 100x100");
   EXPECT_CONTAINS(messageOf<pcl::IOException>([&] { dataset->read(2); }),
                   "rgb/2.png: image of 32x24");
 }
@@ -196,8 +192,7 @@ TEST_F(BadRecording, TruncatedJpegIsFoundAndTrailingBytesAreNot)
   std::string bytes = readText(file);
   std::fill(bytes.begin() + bytes.size() / 2, bytes.end(), '\0');
   writeText(file, bytes);
-  EXPECT_CONTAINS(messageOf<pcl::IOException>([&] { dataset->read(0); }),
-                  "is truncated");
+  EXPECT_CONTAINS(messageOf<pcl::IOException>([&] { dataset->read(0); }), "is truncated");
 }
 
 TEST_F(BadRecording, CorruptMiddleOfAPngIsFound)
@@ -223,11 +218,9 @@ TEST(BadSevenScenes, OtherSizesNeedIntrinsics)
   const TemporaryFolder folder;
   recordings::writeSevenScenesFrame(folder.path(), 0, recordings::color(0),
                                     recordings::depth(1000));
-  EXPECT_CONTAINS(openError(folder.path()),
-                  "(from the format (7-Scenes)) are for 640x480");
+  EXPECT_CONTAINS(openError(folder.path()), "(from the format (7-Scenes)) are for 640x480");
   writeText(folder.path("camera-intrinsics.txt"), "60 0 32\n0 60 24\n");
-  EXPECT_CONTAINS(openError(folder.path()),
-                  "camera-intrinsics.txt: 6 numbers; expected 9");
+  EXPECT_CONTAINS(openError(folder.path()), "camera-intrinsics.txt: 6 numbers; expected 9");
   boost::filesystem::remove(folder.path("frame-000000.depth.png"));
   EXPECT_CONTAINS(openError(folder.path()), "no frame has both");
 }

@@ -68,8 +68,7 @@ TEST_F(CalibrationFile, GivesBackWhatWasWritten)
   written.scaleDepth(1.0123);
   writeCalibration(path, written, camera());
   EXPECT_EQ(readCalibration(path, camera()).depth_scale, 1.0123);
-  EXPECT_EQ(readCalibration(path, camera()).depth_scale_origin,
-            DepthScaleOrigin::CALIBRATION_FILE);
+  EXPECT_EQ(readCalibration(path, camera()).depth_scale_origin, DepthScaleOrigin::CALIBRATION_FILE);
 }
 
 TEST_F(CalibrationFile, HoldsUnitsAndTheCamera)
@@ -112,20 +111,16 @@ TEST_F(CalibrationFile, RefusesBadParameters)
                     json["parameters"]["zoom"] = {{"value", 1}};
                   }),
                   "c.json: 'zoom' is not a parameter");
-  EXPECT_CONTAINS(
-      errorAfter([](auto& json) { json["parameters"]["focal_x"]["value"] = "2 %"; }),
-      "c.json: focal_x: value is not a number");
-  EXPECT_CONTAINS(
-      errorAfter([](auto& json) { json["parameters"]["focal_x"]["value"] = nullptr; }),
-      "c.json: focal_x: value is not a number");
+  EXPECT_CONTAINS(errorAfter([](auto& json) { json["parameters"]["focal_x"]["value"] = "2 %"; }),
+                  "c.json: focal_x: value is not a number");
+  EXPECT_CONTAINS(errorAfter([](auto& json) { json["parameters"]["focal_x"]["value"] = nullptr; }),
+                  "c.json: focal_x: value is not a number");
   EXPECT_CONTAINS(errorAfter([](auto& json) { json["parameters"]["focal_x"] = 0.1; }),
                   "c.json: focal_x: value is missing");
-  EXPECT_CONTAINS(
-      errorAfter([](auto& json) { json["parameters"]["focal_x"]["deviation"] = "x"; }),
-      "c.json: focal_x: deviation is not a number");
-  EXPECT_CONTAINS(
-      errorAfter([](auto& json) { json["parameters"]["focal_x"]["value"] = 0.5; }),
-      "c.json: focal_x must lie within +-0.2");
+  EXPECT_CONTAINS(errorAfter([](auto& json) { json["parameters"]["focal_x"]["deviation"] = "x"; }),
+                  "c.json: focal_x: deviation is not a number");
+  EXPECT_CONTAINS(errorAfter([](auto& json) { json["parameters"]["focal_x"]["value"] = 0.5; }),
+                  "c.json: focal_x must lie within +-0.2");
   EXPECT_CONTAINS(errorAfter([](auto& json) { json["depth_scale"] = 3; }),
                   "c.json: depth_scale must lie in (0.5, 2)");
   EXPECT_CONTAINS(errorAfter([](auto& json) { json["depth_scale"] = "one"; }),
@@ -146,9 +141,8 @@ TEST_F(CalibrationFile, RefusesAnotherCamera)
 
 TEST_F(CalibrationFile, NamesThePlaceThatCannotBeWritten)
 {
-  EXPECT_CONTAINS(messageOf<pcl::IOException>([&] {
-                    writeCalibration(folder.path("absent/c.json"), {}, camera());
-                  }),
+  EXPECT_CONTAINS(messageOf<pcl::IOException>(
+                      [&] { writeCalibration(folder.path("absent/c.json"), {}, camera()); }),
                   "absent/c.json");
 }
 

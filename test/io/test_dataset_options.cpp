@@ -32,11 +32,9 @@ TEST(DatasetOptions, StrideAndMaxFramesChoose)
   recordings::writeOpen3d(folder.path(), 10);
   DatasetOptions options;
   options.stride = 3;
-  EXPECT_EQ(ids(*openDataset(folder.path(), options)),
-            (std::vector<std::size_t>{0, 3, 6, 9}));
+  EXPECT_EQ(ids(*openDataset(folder.path(), options)), (std::vector<std::size_t>{0, 3, 6, 9}));
   options.max_frames = 2;
-  EXPECT_EQ(ids(*openDataset(folder.path(), options)),
-            (std::vector<std::size_t>{0, 3}));
+  EXPECT_EQ(ids(*openDataset(folder.path(), options)), (std::vector<std::size_t>{0, 3}));
 }
 
 TEST(DatasetOptions, ShuffleIsAPermutationThatTheSeedFixes)
@@ -49,8 +47,8 @@ TEST(DatasetOptions, ShuffleIsAPermutationThatTheSeedFixes)
   const auto order = ids(*dataset);
   EXPECT_EQ(std::set<std::size_t>(order.begin(), order.end()).size(), 10u);
   EXPECT_EQ(order, ids(*openDataset(folder.path(), options)));
-  EXPECT_EQ(order, (std::vector<std::size_t>{0, 7, 4, 9, 3, 1, 2, 8, 6,
-                                             5})); // the same on every platform
+  EXPECT_EQ(order,
+            (std::vector<std::size_t>{0, 7, 4, 9, 3, 1, 2, 8, 6, 5})); // the same on every platform
   for (std::size_t i = 0; i < 10; ++i)
     EXPECT_FLOAT_EQ(dataset->read(i).depth.at<float>(0, 0), 1 + 0.1f * order[i]);
   options.shuffle_seed = 8;
@@ -65,9 +63,8 @@ TEST(DatasetOptions, EachFieldIsChecked)
   options.stride = 0;
   EXPECT_FALSE(options.isValid(&error));
   EXPECT_CONTAINS(error, "stride");
-  EXPECT_CONTAINS(
-      messageOf<pcl::BadArgumentException>([&] { openDataset("x", options); }),
-      "stride");
+  EXPECT_CONTAINS(messageOf<pcl::BadArgumentException>([&] { openDataset("x", options); }),
+                  "stride");
   for (const double bad : {0.0, -1.0, double(NAN), double(INFINITY)}) {
     options = {};
     options.depth_scale = bad;

@@ -115,12 +115,13 @@ TEST(MeshIO, ReadsWhatPclWrites)
 TEST(MeshIO, ReadsOtherTypesAndByteOrders)
 {
   const TemporaryFolder folder;
-  writeText(folder.path("mesh.ply"),
-            "ply\r\nformat ascii 1.0\r\ncomment by hand\r\nelement vertex 3\r\n"
-            "property double x\r\nproperty double y\r\nproperty double z\r\nproperty uchar quality\r\n"
-            "element face 1\r\n"
-            "property list uint8 uint vertex_index\r\nend_header\r\n0 0 1e-1 7\r\n1 0 .5 8\r\n"
-            "0 1 -2 9\r\n3 0 1 2\r\n");
+  writeText(
+      folder.path("mesh.ply"),
+      "ply\r\nformat ascii 1.0\r\ncomment by hand\r\nelement vertex 3\r\n"
+      "property double x\r\nproperty double y\r\nproperty double z\r\nproperty uchar quality\r\n"
+      "element face 1\r\n"
+      "property list uint8 uint vertex_index\r\nend_header\r\n0 0 1e-1 7\r\n1 0 .5 8\r\n"
+      "0 1 -2 9\r\n3 0 1 2\r\n");
   const pcl::PolygonMesh text = readMesh(folder.path("mesh.ply"));
   pcl::PointCloud<pcl::PointXYZ> places;
   pcl::fromPCLPointCloud2(text.cloud, places);
@@ -208,9 +209,8 @@ TEST(MeshIO, HeaderDeclaresExactlyWhatIsThere)
   const std::string header = all.substr(0, all.find("end_header\n") + 11);
   EXPECT_EQ(all.size(), header.size() + 4 * (6 * 4 + 3) + 2 * (1 + 3 * 4));
   for (const char* line :
-       {"format binary_", "element vertex 4\n", "property float nx\n",
-        "property uchar red\n", "element face 2\n",
-        "property list uchar int vertex_indices\n"})
+       {"format binary_", "element vertex 4\n", "property float nx\n", "property uchar red\n",
+        "element face 2\n", "property list uchar int vertex_indices\n"})
     EXPECT_NE(header.find(line), std::string::npos) << line;
 
   pcl::PointCloud<pcl::PointXYZ> bare;
@@ -228,8 +228,7 @@ TEST(MeshIO, EmptyMeshIsAValidFile)
   pcl::PolygonMesh mesh;
   pcl::toPCLPointCloud2(pcl::PointCloud<pcl::PointXYZRGBNormal>(), mesh.cloud);
   writeMesh(folder.path("empty.ply"), mesh);
-  EXPECT_NE(readText(folder.path("empty.ply")).find("element vertex 0\n"),
-            std::string::npos);
+  EXPECT_NE(readText(folder.path("empty.ply")).find("element vertex 0\n"), std::string::npos);
 }
 
 TEST(MeshIO, BadMeshesAreRefusedAndTheOldFileStays)
@@ -237,8 +236,7 @@ TEST(MeshIO, BadMeshesAreRefusedAndTheOldFileStays)
   const TemporaryFolder folder;
   writeText(folder.path("mesh.ply"), "precious");
   const auto refusal = [&folder](const pcl::PolygonMesh& mesh) {
-    return messageOf<pcl::BadArgumentException>(
-        [&] { writeMesh(folder.path("mesh.ply"), mesh); });
+    return messageOf<pcl::BadArgumentException>([&] { writeMesh(folder.path("mesh.ply"), mesh); });
   };
   pcl::PolygonMesh mesh = meshOf(fourPoints());
   mesh.polygons[0].vertices[1] = 4;
@@ -325,10 +323,10 @@ TEST(MeshIO, StlHoldsTheTriangles)
     float values[12];
     std::memcpy(values, &bytes[84 + 50 * t], sizeof(values));
     for (int i = 0; i < 3; ++i)
-      EXPECT_EQ(Eigen::Vector3f::Map(values + 3 + 3 * i),
-                cloud[corners[t][i]].getVector3fMap());
+      EXPECT_EQ(Eigen::Vector3f::Map(values + 3 + 3 * i), cloud[corners[t][i]].getVector3fMap());
     const Eigen::Vector3f normal = Eigen::Vector3f::Map(values);
-    const Eigen::Vector3f first = Eigen::Vector3f::Map(values + 6) - Eigen::Vector3f::Map(values + 3);
+    const Eigen::Vector3f first =
+        Eigen::Vector3f::Map(values + 6) - Eigen::Vector3f::Map(values + 3);
     EXPECT_NEAR(normal.norm(), 1, 1e-6);
     EXPECT_NEAR(normal.dot(first), 0, 1e-6);
   }
@@ -343,9 +341,9 @@ TEST(MeshIO, OtherExtensionsAreRefused)
                     "must end in .ply, .obj or .stl");
   pcl::PolygonMesh empty;
   pcl::toPCLPointCloud2(pcl::PointCloud<pcl::PointXYZ>(), empty.cloud);
-  EXPECT_CONTAINS(messageOf<pcl::BadArgumentException>(
-                      [&] { writeMesh(folder.path("empty.obj"), empty); }),
-                  "without vertices");
+  EXPECT_CONTAINS(
+      messageOf<pcl::BadArgumentException>([&] { writeMesh(folder.path("empty.obj"), empty); }),
+      "without vertices");
 }
 
 TEST(MeshIO, UnwritablePlacesAreNamed)

@@ -28,8 +28,7 @@ protected:
 double
 measuredShare(const RGBDFrame& frame)
 {
-  return double(cv::countNonZero(frame.depth == frame.depth)) /
-         double(frame.depth.total());
+  return double(cv::countNonZero(frame.depth == frame.depth)) / double(frame.depth.total());
 }
 
 // Mean rank (0 to 1) of the colour gradient at the occlusion edges of the depth: above
@@ -52,9 +51,8 @@ edgeAgreement(const RGBDFrame& frame)
   for (int y = 0; y < edges.rows; ++y)
     for (int x = 0; x < edges.cols; ++x)
       if (edges.at<std::uint8_t>(y, x))
-        sum +=
-            std::lower_bound(sorted.begin(), sorted.end(), gradient.at<float>(y, x)) -
-            sorted.begin();
+        sum += std::lower_bound(sorted.begin(), sorted.end(), gradient.at<float>(y, x)) -
+               sorted.begin();
   return sum / double(sorted.size()) / cv::countNonZero(edges);
 }
 
@@ -84,8 +82,7 @@ TEST_F(RealRecording, RedkitchenIsWarped)
   EXPECT_EQ(dataset->id(249), 996u);
   EXPECT_EQ(dataset->groundTruth().size(), 250u);
   DatasetOptions unwarped;
-  unwarped.intrinsics =
-      parseIntrinsics("586.5,586.5,320,240"); // not the 7-Scenes camera
+  unwarped.intrinsics = parseIntrinsics("586.5,586.5,320,240"); // not the 7-Scenes camera
   const auto raw = open("redkitchen_every4", unwarped);
   double sum = 0, raw_sum = 0;
   for (const std::size_t i : {0, 60, 120, 180, 240}) {

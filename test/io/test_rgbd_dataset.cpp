@@ -87,10 +87,8 @@ TEST(TumDataset, AssociatesClosestFirstAndOneToOne)
   recordings::writeTum(folder.path(), 3);
   // Depth 0 is closer to colour 1 than to colour 0, which takes nothing; depth 1 and
   // colour 2 are 20 ms apart, which is no longer below the bound.
-  writeText(folder.path("rgb.txt"),
-            "0.000 rgb/0.png\n0.010 rgb/1.png\n0.125 rgb/2.png\n");
-  writeText(folder.path("depth.txt"),
-            "0.007 depth/0.png\n0.1 depth/1.png\n0.13 depth/2.png");
+  writeText(folder.path("rgb.txt"), "0.000 rgb/0.png\n0.010 rgb/1.png\n0.125 rgb/2.png\n");
+  writeText(folder.path("depth.txt"), "0.007 depth/0.png\n0.1 depth/1.png\n0.13 depth/2.png");
   const auto dataset = openDataset(folder.path());
   EXPECT_EQ(ids(*dataset), (std::vector<std::size_t>{1, 2}));
   EXPECT_FLOAT_EQ(dataset->read(0).depth.at<float>(0, 0), 1.f);
@@ -108,11 +106,9 @@ TEST(TumDataset, AbsentFilesAreSkippedBeforeAssociation)
   boost::filesystem::remove(folder.path("rgb/0.png"));
   boost::filesystem::remove(folder.path("depth/1.png"));
   // Colour 1's closest depth image is absent; it takes depth 0.
-  writeText(folder.path("depth.txt"),
-            "0.09 depth/0.png\n0.1 depth/1.png\n0.2 depth/2.png");
+  writeText(folder.path("depth.txt"), "0.09 depth/0.png\n0.1 depth/1.png\n0.2 depth/2.png");
   const auto dataset = openDataset(folder.path());
-  EXPECT_EQ(ids(*dataset),
-            (std::vector<std::size_t>{1, 2})); // numbers of lines in rgb.txt
+  EXPECT_EQ(ids(*dataset), (std::vector<std::size_t>{1, 2})); // numbers of lines in rgb.txt
   EXPECT_FLOAT_EQ(dataset->read(0).depth.at<float>(0, 0), 1.f);
   ASSERT_EQ(dataset->skipped().size(), 2u);
   EXPECT_EQ(dataset->skipped()[0].reason, "listed in rgb.txt but absent");
@@ -126,8 +122,7 @@ TEST(TumDataset, KnowsTheBenchmarksCamerasByFolder)
   recordings::writeTum(place, 1, {640, 480});
   boost::filesystem::remove(place + "/intrinsics.txt");
   boost::filesystem::create_directory_symlink(place, folder.path("link"));
-  for (const std::string& name :
-       {place, place + "/", place + "/rgb/..", folder.path("link")})
+  for (const std::string& name : {place, place + "/", place + "/rgb/..", folder.path("link")})
     EXPECT_EQ(openDataset(name)->camera().fx, 520.9) << name;
   EXPECT_FALSE(openDataset(place)->camera().hasDistortion());
 }
@@ -138,8 +133,7 @@ TEST(TumDataset, OptionsBeatFileBeatsName)
   const std::string place = folder.path("freiburg3_test");
   recordings::writeTum(place, 1, {640, 480});
   DatasetOptions options;
-  writeText(place + "/intrinsics.txt",
-            "# fx fy cx cy\n500 501 320 240 # px\ndepth_scale 2500\n");
+  writeText(place + "/intrinsics.txt", "# fx fy cx cy\n500 501 320 240 # px\ndepth_scale 2500\n");
   EXPECT_EQ(openDataset(place)->camera().fy, 501);
   EXPECT_EQ(openDataset(place)->read(0).depth.at<float>(0, 0), 2.f);
   options.intrinsics = parseIntrinsics("400,401,320,240");
@@ -166,10 +160,8 @@ TEST(TumDataset, RemovesDistortionFromColourAndDepth)
   const double v = y * radial + camera.p1 * (r2 + 2 * y * y) + 2 * camera.p2 * x * y;
   const cv::Point2d seen(u * camera.fx + camera.cx, v * camera.fy + camera.cy);
   ASSERT_GT(std::hypot(seen.x - 270, seen.y - 190), 3);
-  cv::Mat color(size, CV_8UC3, cv::Scalar::all(0)),
-      depth = recordings::depth(5000, size);
-  cv::circle(color, cv::Point(seen * 16), 6 * 16, cv::Scalar::all(255), -1, cv::LINE_AA,
-             4);
+  cv::Mat color(size, CV_8UC3, cv::Scalar::all(0)), depth = recordings::depth(5000, size);
+  cv::circle(color, cv::Point(seen * 16), 6 * 16, cv::Scalar::all(255), -1, cv::LINE_AA, 4);
   cv::circle(depth, cv::Point(seen * 16), 6 * 16, cv::Scalar(10000), -1, cv::LINE_8, 4);
   recordings::writeImage(folder.path("rgb/0.png"), color);
   recordings::writeImage(folder.path("depth/0.png"), depth);
@@ -181,8 +173,7 @@ TEST(TumDataset, RemovesDistortionFromColourAndDepth)
   EXPECT_NEAR(moments.m01 / moments.m00, 190, 0.3);
   // No mixture of the two depths.
   EXPECT_EQ(cv::countNonZero(frame.depth == frame.depth),
-            cv::countNonZero(frame.depth == 1.f) +
-                cv::countNonZero(frame.depth == 2.f));
+            cv::countNonZero(frame.depth == 1.f) + cv::countNonZero(frame.depth == 2.f));
 
   options.undistort_depth = false;
   const RGBDFrame raw = openDataset(folder.path(), options)->read(0);
@@ -221,10 +212,8 @@ TEST(SevenScenesDataset, WarpsColourIntoTheDepthCamera)
   const double z = 1.25, zoom = 526.5 / 585;
   const cv::Point2d seen(zoom * (400 - 320) + 320 - 0.025 * 526.5 / z,
                          zoom * (300 - 240) + 240 - 2);
-  cv::Mat color(size, CV_8UC3, cv::Scalar::all(0)),
-      depth = recordings::depth(1250, size);
-  cv::circle(color, cv::Point(seen * 16), 6 * 16, cv::Scalar::all(255), -1, cv::LINE_AA,
-             4);
+  cv::Mat color(size, CV_8UC3, cv::Scalar::all(0)), depth = recordings::depth(1250, size);
+  cv::circle(color, cv::Point(seen * 16), 6 * 16, cv::Scalar::all(255), -1, cv::LINE_AA, 4);
   depth(cv::Rect(390, 290, 17, 23)) = 0; // a hole takes the depth around it
   depth(cv::Rect(410, 290, 3, 3)) = 65535;
   recordings::writeSevenScenesFrame(folder.path(), 0, color, depth);
@@ -249,16 +238,14 @@ TEST(SevenScenesDataset, LeavesOtherCamerasAlone)
   writeText(folder.path("camera-intrinsics.txt"), "570 0 320\n0 571 240\n0 0 1\n");
   const auto dataset = openDataset(run);
   EXPECT_EQ(dataset->camera().fy, 571);
-  EXPECT_EQ(cv::norm(dataset->read(0).color, recordings::color(0, size), cv::NORM_INF),
-            0);
+  EXPECT_EQ(cv::norm(dataset->read(0).color, recordings::color(0, size), cv::NORM_INF), 0);
 }
 
 TEST(SevenScenesDataset, NumbersMayHaveGaps)
 {
   const TemporaryFolder folder;
   for (const int number : {30, 3, 12})
-    recordings::writeSevenScenesFrame(folder.path(), number,
-                                      recordings::color(0, {640, 480}),
+    recordings::writeSevenScenesFrame(folder.path(), number, recordings::color(0, {640, 480}),
                                       recordings::depth(1000, {640, 480}));
   boost::filesystem::remove(folder.path("frame-000012.depth.png"));
   const auto dataset = openDataset(folder.path());
@@ -272,13 +259,11 @@ TEST(SevenScenesDataset, LeavesOutPosesThatAreNotRigid)
 {
   const TemporaryFolder folder;
   for (int number = 0; number < 4; ++number)
-    recordings::writeSevenScenesFrame(folder.path(), number,
-                                      recordings::color(0, {640, 480}),
+    recordings::writeSevenScenesFrame(folder.path(), number, recordings::color(0, {640, 480}),
                                       recordings::depth(1000, {640, 480}));
   writeText(folder.path("frame-000001.pose.txt"),
             "nan nan nan nan\nnan nan nan nan\nnan nan nan nan\n0 0 0 1\n");
-  writeText(folder.path("frame-000002.pose.txt"),
-            "2 0 0 0\n0 2 0 0\n0 0 2 0\n0 0 0 1\n");
+  writeText(folder.path("frame-000002.pose.txt"), "2 0 0 0\n0 2 0 0\n0 0 2 0\n0 0 0 1\n");
   writeText(folder.path("frame-000003.pose.txt"),
             "1.0001 0 0 5\n0 0.9999 0.0001 6\n0 0 1 7\n0 0 0 1\n");
   const auto dataset = openDataset(folder.path());
@@ -315,8 +300,7 @@ TEST(Open3dDataset, PairsByOrderOnlyWhenCountsAgree)
   recordings::writeOpen3d(folder.path(), 0);
   for (int i = 0; i < 3; ++i) {
     const std::string letter(1, char('a' + i));
-    recordings::writeImage(folder.path("image/" + letter + ".png"),
-                           recordings::color(i));
+    recordings::writeImage(folder.path("image/" + letter + ".png"), recordings::color(i));
     recordings::writeImage(folder.path("depth/z" + letter + ".png"),
                            recordings::depth(1000 + 100 * i));
   }

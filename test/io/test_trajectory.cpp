@@ -28,9 +28,7 @@ TEST(Trajectory, WritesWhatItReads)
   for (std::size_t i = 0; i < read.size(); ++i) {
     EXPECT_NEAR(read[i].timestamp, trajectory[i].timestamp, 1e-6);
     const Pose& pose = trajectory[i].world_from_camera;
-    EXPECT_LT(
-        (read[i].world_from_camera.matrix() - pose.matrix()).cwiseAbs().maxCoeff(),
-        1e-7);
+    EXPECT_LT((read[i].world_from_camera.matrix() - pose.matrix()).cwiseAbs().maxCoeff(), 1e-7);
   }
 }
 
@@ -53,9 +51,7 @@ TEST(Trajectory, RefusesBadLinesNamingThem)
 {
   const TemporaryFolder folder;
   const std::string path = folder.path("t.txt");
-  const auto error = [&] {
-    return messageOf<pcl::IOException>([&] { readTrajectory(path); });
-  };
+  const auto error = [&] { return messageOf<pcl::IOException>([&] { readTrajectory(path); }); };
   EXPECT_CONTAINS(error(), "t.txt: cannot be opened: No such file");
   for (const auto& [text, reason] : std::vector<std::pair<std::string, std::string>>{
            {"", "t.txt: holds no pose"},

@@ -52,8 +52,7 @@ smallCamera(int width = 160, int height = 120, double focal = 131.25)
 
 /** Exact depth of the plane normal . x = distance, in the camera frame. */
 inline cv::Mat
-planeDepth(const CameraIntrinsics& camera, const Eigen::Vector3d& normal,
-           double distance)
+planeDepth(const CameraIntrinsics& camera, const Eigen::Vector3d& normal, double distance)
 {
   cv::Mat depth(camera.height, camera.width, CV_32F);
   for (int v = 0; v < camera.height; ++v)

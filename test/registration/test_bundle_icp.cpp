@@ -30,8 +30,8 @@ framePair(std::size_t target, std::size_t source, bool with_noise = false)
 {
   const auto cloud = [&](std::size_t i) {
     const cv::Mat exact = room().readExact(i).depth;
-    return toPointCloud(makeDepthView(
-        with_noise ? noisy(exact, static_cast<unsigned>(i)) : exact, room().camera()));
+    return toPointCloud(makeDepthView(with_noise ? noisy(exact, static_cast<unsigned>(i)) : exact,
+                                      room().camera()));
   };
   return {cloud(source), cloud(target),
           room().worldFromCamera(target).inverse() * room().worldFromCamera(source)};
@@ -88,8 +88,7 @@ successes(int trials, bool with_noise, double metres, double angle)
     Cloud out;
     reg.align(out, perturbed(data.truth, static_cast<unsigned>(k)));
     const Pose error = data.truth.inverse() * poseOf(reg);
-    count +=
-        error.translation().norm() < metres && degrees(rotationAngle(error)) < angle;
+    count += error.translation().norm() < metres && degrees(rotationAngle(error)) < angle;
   }
   return count;
 }
@@ -137,8 +136,7 @@ addVisualEvidence(Registration& reg, const Pose& world_from_source, double error
     target.push_back(world_from_source * source.back() +
                      Eigen::Vector3d(normal(random), normal(random), normal(random)));
   }
-  reg.setVisualCorrespondences(source, target,
-                               std::vector<double>(80, 1 / (0.005 * 0.005)));
+  reg.setVisualCorrespondences(source, target, std::vector<double>(80, 1 / (0.005 * 0.005)));
 }
 
 } // namespace
@@ -158,18 +156,15 @@ TEST(BundleICP, VirtualDepthInTheWorldFrameGivesTheWorldPose)
   std::vector<DepthView> views;
   std::vector<RegisteredView> registered;
   for (unsigned i = 0; i < 4; ++i)
-    views.push_back(
-        makeDepthView(noisy(room().readExact(i).depth, i), room().camera()));
+    views.push_back(makeDepthView(noisy(room().readExact(i).depth, i), room().camera()));
   for (std::size_t i = 0; i < 4; ++i)
     registered.push_back({&views[i], room().worldFromCamera(i)});
-  const Pose truth = room().worldFromCamera(5),
-             start = truth * randomMotion(2, 0.08, 0.05);
+  const Pose truth = room().worldFromCamera(5), start = truth * randomMotion(2, 0.08, 0.05);
   int renderings = 0;
   Registration reg;
   reg.setCameraIntrinsics(room().camera());
   reg.setInputSource(framePair(3, 5, true).source);
-  reg.setInputTarget(
-      toPointCloud(renderVirtualDepth(registered, room().camera(), start)));
+  reg.setInputTarget(toPointCloud(renderVirtualDepth(registered, room().camera(), start)));
   reg.setVirtualDepthPose(start);
   reg.setVirtualDepthRenderer([&](const Pose& pose) {
     ++renderings;
@@ -211,8 +206,7 @@ TEST(BundleICP, FollowsTheWorldFrame)
   const Pose here = poseOf(reg);
   const Pose moved = randomMotion(8, 1.5, 3);
   Cloud::Ptr target(new Cloud);
-  pcl::transformPointCloudWithNormals(*pair().target, *target,
-                                      moved.matrix().cast<float>());
+  pcl::transformPointCloudWithNormals(*pair().target, *target, moved.matrix().cast<float>());
   reg.setInputTarget(target);
   reg.setVirtualDepthPose(moved);
   reg.align(out, (moved.cast<float>().matrix() * perturbed(pair().truth)).eval());
@@ -322,13 +316,12 @@ TEST(BundleICP, InformationIsPositiveAndHonestWithinAnOrderOfMagnitude)
     Registration reg;
     reg.setCameraIntrinsics(room().camera());
     reg.setInputTarget(target);
-    reg.setInputSource(toPointCloud(
-        makeDepthView(noisy(room().readExact(4).depth, k), room().camera())));
+    reg.setInputSource(
+        toPointCloud(makeDepthView(noisy(room().readExact(4).depth, k), room().camera())));
     Cloud out;
     reg.align(out, truth.matrix().cast<float>());
     const Matrix6d information = reg.getResult().information;
-    EXPECT_NEAR((information - information.transpose()).norm() / information.norm(), 0,
-                1e-9);
+    EXPECT_NEAR((information - information.transpose()).norm() / information.norm(), 0, 1e-9);
     const Matrix6d covariance = information.inverse();
     EXPECT_GT(Eigen::SelfAdjointEigenSolver<Matrix6d>(covariance).eigenvalues()[0], 0);
     squared += (poseOf(reg).translation() - truth.translation()).squaredNorm() / RUNS;
@@ -390,7 +383,8 @@ TEST(BundleICP, OnRealFramesIsRightOrHasNotConverged)
       Registration reg;
       reg.setCameraIntrinsics(makeDepthView(scan->read(first).depth, scan->camera(), 4).camera);
       reg.setInputTarget(toPointCloud(makeDepthView(scan->read(first).depth, scan->camera(), 4)));
-      reg.setInputSource(toPointCloud(makeDepthView(scan->read(first + 1).depth, scan->camera(), 4)));
+      reg.setInputSource(
+          toPointCloud(makeDepthView(scan->read(first + 1).depth, scan->camera(), 4)));
       Cloud out;
       reg.align(out);
       if (!reg.hasConverged())
@@ -489,8 +483,7 @@ TEST(BundleICP, TargetThatWasSeenFromElsewhereFallsBackToTheTree)
 {
   const Pose moved = randomMotion(8, 0.5, 1);
   Cloud::Ptr target(new Cloud);
-  pcl::transformPointCloudWithNormals(*pair().target, *target,
-                                      moved.matrix().cast<float>());
+  pcl::transformPointCloudWithNormals(*pair().target, *target, moved.matrix().cast<float>());
   Registration reg;
   setUp(reg, pair());
   reg.setInputTarget(target); // and no setVirtualDepthPose

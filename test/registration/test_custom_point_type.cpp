@@ -18,8 +18,8 @@ struct EIGEN_ALIGN16 LabelledPoint {
 } // namespace
 
 POINT_CLOUD_REGISTER_POINT_STRUCT(LabelledPoint,
-                                  (float, x, x)(float, y, y)(float, z, z)(std::uint32_t,
-                                                                          label, label))
+                                  (float, x, x)(float, y, y)(float, z, z)(std::uint32_t, label,
+                                                                          label))
 
 TEST(BundleICP, TakesAPrivatePointTypeAndCanBeSubclassed)
 {

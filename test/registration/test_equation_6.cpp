@@ -31,19 +31,15 @@ renderTriangles(const DepthView& view, const Pose& virtual_from_view)
   const DepthEdges linked(view.camera);
   cv::Mat D(camera.height, camera.width, CV_64F, cv::Scalar(0));
   const auto render = [&](const Eigen::Matrix3d& corners) { // columns u, v, 1/D
-    const Eigen::Array3d low = corners.rowwise().minCoeff(),
-                         high = corners.rowwise().maxCoeff();
+    const Eigen::Array3d low = corners.rowwise().minCoeff(), high = corners.rowwise().maxCoeff();
     Eigen::Matrix3d affine = corners;
     affine.row(2).setOnes();
-    for (int v = std::max(0, int(std::ceil(low[1]))); v <= high[1] && v < camera.height;
-         ++v)
-      for (int u = std::max(0, int(std::ceil(low[0])));
-           u <= high[0] && u < camera.width; ++u) {
+    for (int v = std::max(0, int(std::ceil(low[1]))); v <= high[1] && v < camera.height; ++v)
+      for (int u = std::max(0, int(std::ceil(low[0]))); u <= high[0] && u < camera.width; ++u) {
         const Eigen::Vector3d share = affine.inverse() * Eigen::Vector3d(u, v, 1);
         const double depth = 1 / corners.row(2).dot(share);
         double& nearest = D.at<double>(v, u);
-        if (share.minCoeff() >= 0 && affine.determinant() > 0 &&
-            (nearest == 0 || depth < nearest))
+        if (share.minCoeff() >= 0 && affine.determinant() > 0 && (nearest == 0 || depth < nearest))
           nearest = depth;
       }
   };
@@ -56,18 +52,14 @@ renderTriangles(const DepthView& view, const Pose& virtual_from_view)
         const int column = u + i % 2, row = v + i / 2;
         z[i] = view.depth.at<float>(row, column);
         whole = whole && view.weight.at<float>(row, column) > 0;
-        const Eigen::Vector3d X =
-            virtual_from_view * view.camera.unproject(column, row, z[i]);
+        const Eigen::Vector3d X = virtual_from_view * view.camera.unproject(column, row, z[i]);
         corners.col(i) << camera.fx * X.x() / X.z() + camera.cx,
             camera.fy * X.y() / X.z() + camera.cy, 1 / X.z();
       }
-      if (whole && linked(z[0], z[1]) + linked(z[2], z[3]) + linked(z[0], z[2]) +
-                           linked(z[1], z[3]) ==
-                       4) {
-        render((Eigen::Matrix3d() << corners.col(0), corners.col(1), corners.col(2))
-                   .finished());
-        render((Eigen::Matrix3d() << corners.col(1), corners.col(3), corners.col(2))
-                   .finished());
+      if (whole &&
+          linked(z[0], z[1]) + linked(z[2], z[3]) + linked(z[0], z[2]) + linked(z[1], z[3]) == 4) {
+        render((Eigen::Matrix3d() << corners.col(0), corners.col(1), corners.col(2)).finished());
+        render((Eigen::Matrix3d() << corners.col(1), corners.col(3), corners.col(2)).finished());
       }
     }
   return D;
@@ -81,12 +73,10 @@ TEST(Equation6, EachViewIsProjectedAsItIsWritten)
     const DepthView view = makeDepthView(room().read(frame).depth, room().camera());
     const cv::Mat expected = renderTriangles(view, virtualFromView(frame));
     forEachVariant([&] {
-      const WarpedView warped =
-          warpView(view, room().camera(), virtualFromView(frame), {});
+      const WarpedView warped = warpView(view, room().camera(), virtualFromView(frame), {});
       std::size_t both = 0, equal = 0, shown = 0;
       for (std::size_t i = 0; i < warped.size(); ++i) {
-        const double D = expected.ptr<double>()[i],
-                     inverse = double(warped[i].inverse_depth);
+        const double D = expected.ptr<double>()[i], inverse = double(warped[i].inverse_depth);
         shown += D > 0;
         both += D > 0 && inverse > 0;
         equal += D > 0 && std::abs(inverse * D - 1) < 2e-4;
@@ -109,8 +99,7 @@ TEST(Equation6, RowsHoldTheSumOfEachPixel)
   for (std::size_t i = 0; i < views.size(); ++i) {
     const Pose pose = virtualFromView(FRAMES[i]);
     contributions.push_back({&views[i], warpView(views[i], camera, pose, options),
-                             pose.linear().cast<float>(),
-                             pose.translation().cast<float>()});
+                             pose.linear().cast<float>(), pose.translation().cast<float>()});
   }
   const DepthSigma reach(camera.depth_noise, options.merge_sigmas * std::sqrt(2.0));
   forEachVariant([&] {
@@ -123,19 +112,16 @@ TEST(Equation6, RowsHoldTheSumOfEachPixel)
         for (const Contribution& from : contributions)
           terms.push_back(viewTerm(from, camera, u, v));
         const ViewTerm expected = virtualDepthAt(terms, reach);
-        const float D = out.depth.at<float>(v, u),
-                    variance = out.variance.at<float>(v, u);
+        const float D = out.depth.at<float>(v, u), variance = out.variance.at<float>(v, u);
         const cv::Vec3f n = out.normals.at<cv::Vec3f>(v, u);
         if (!(expected.w > 0)) {
           EXPECT_TRUE(std::isnan(D));
           continue;
         }
         ++seen;
-        equal +=
-            std::abs(D - expected.D) < 1e-6f * D &&
-            std::abs(variance * expected.w - 1) < 1e-4f &&
-            (Eigen::Vector3f(n[0], n[1], n[2]) - expected.normal.normalized()).norm() <
-                1e-4f;
+        equal += std::abs(D - expected.D) < 1e-6f * D &&
+                 std::abs(variance * expected.w - 1) < 1e-4f &&
+                 (Eigen::Vector3f(n[0], n[1], n[2]) - expected.normal.normalized()).norm() < 1e-4f;
       }
     EXPECT_GT(seen, out.depth.total() * 9 / 10);
     EXPECT_GE(equal + 3,

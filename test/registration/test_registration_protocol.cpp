@@ -38,8 +38,7 @@ protected:
 
   const Cloud::Ptr source = frame(5), target = frame(3);
   const Pose truth = room().worldFromCamera(3).inverse() * room().worldFromCamera(5);
-  const Eigen::Matrix4f guess =
-      (truth * randomMotion(1, 0.05, 0.03)).matrix().cast<float>();
+  const Eigen::Matrix4f guess = (truth * randomMotion(1, 0.05, 0.03)).matrix().cast<float>();
   BundleICP<Point, Point> reg;
   Cloud out;
 };
@@ -53,9 +52,7 @@ TEST_F(RegistrationProtocol, EveryInheritedGetterAfterAlign)
   EXPECT_EQ(reg.getClassName(), "BundleICP");
   EXPECT_LT((reg.getFinalTransformation() - truth.matrix().cast<float>()).norm(), 2e-3);
   // The last step was smaller than the epsilon that ended the loop.
-  EXPECT_LT(
-      (reg.getLastIncrementalTransformation() - Eigen::Matrix4f::Identity()).norm(),
-      1e-3);
+  EXPECT_LT((reg.getLastIncrementalTransformation() - Eigen::Matrix4f::Identity()).norm(), 1e-3);
   EXPECT_EQ(reg.getInputSource(), source);
   EXPECT_EQ(reg.getInputTarget(), target);
   EXPECT_EQ(reg.getMaximumIterations(), 100);
@@ -75,11 +72,9 @@ TEST_F(RegistrationProtocol, OutputIsTheMovedSource)
   const std::size_t i = 100 * 320 + 150;
   const Eigen::Matrix4f T = reg.getFinalTransformation();
   const Eigen::Vector3f moved =
-      T.topLeftCorner<3, 3>() * (*source)[i].getVector3fMap() +
-      T.topRightCorner<3, 1>();
+      T.topLeftCorner<3, 3>() * (*source)[i].getVector3fMap() + T.topRightCorner<3, 1>();
   EXPECT_LT((out[i].getVector3fMap() - moved).norm(), 1e-5);
-  const Eigen::Vector3f normal =
-      T.topLeftCorner<3, 3>() * (*source)[i].getNormalVector3fMap();
+  const Eigen::Vector3f normal = T.topLeftCorner<3, 3>() * (*source)[i].getNormalVector3fMap();
   EXPECT_LT((out[i].getNormalVector3fMap() - normal).norm(), 1e-5);
 }
 
@@ -126,8 +121,7 @@ TEST_F(RegistrationProtocol, NewInputsForgetTheOldResult)
   align();
   EXPECT_EQ(reg.getResult().iterations, first.iterations);
   EXPECT_EQ(reg.getResult().information, first.information);
-  EXPECT_EQ(reg.getResult().degenerate_directions.size(),
-            first.degenerate_directions.size());
+  EXPECT_EQ(reg.getResult().degenerate_directions.size(), first.degenerate_directions.size());
 }
 
 TEST_F(RegistrationProtocol, GuessThatIsNotRigidIsRefused)
@@ -149,8 +143,7 @@ TEST_F(RegistrationProtocol, CloudsThatDoNotMeetAreReported)
   EXPECT_FALSE(reg.hasConverged());
   EXPECT_EQ(reg.getResult().status, BundleICPStatus::TOO_FEW_CORRESPONDENCES);
   EXPECT_EQ(reg.getResult().inliers, 0u);
-  EXPECT_LT((reg.getFinalTransformation() - away).norm(), 1e-5)
-      << "the pose stays the guess";
+  EXPECT_LT((reg.getFinalTransformation() - away).norm(), 1e-5) << "the pose stays the guess";
 }
 
 TEST_F(RegistrationProtocol, SourceWithoutAFinitePointIsRefused)
@@ -227,18 +220,17 @@ TEST_F(RegistrationProtocol, VisualizationCallbackRunsEachIteration)
 {
   int calls = 0;
   std::size_t pairs = 0;
-  std::function<void(const Cloud&, const pcl::Indices&, const Cloud&,
-                     const pcl::Indices&)>
-      callback = [&](const Cloud& moved, const pcl::Indices& s, const Cloud& t,
-                     const pcl::Indices& q) {
-        ++calls;
-        ASSERT_EQ(s.size(), q.size());
-        pairs = s.size();
-        for (std::size_t i = 0; i < s.size(); i += 100) {
-          ASSERT_LT(static_cast<std::size_t>(s[i]), moved.size());
-          ASSERT_LT(static_cast<std::size_t>(q[i]), t.size());
-        }
-      };
+  std::function<void(const Cloud&, const pcl::Indices&, const Cloud&, const pcl::Indices&)>
+      callback =
+          [&](const Cloud& moved, const pcl::Indices& s, const Cloud& t, const pcl::Indices& q) {
+            ++calls;
+            ASSERT_EQ(s.size(), q.size());
+            pairs = s.size();
+            for (std::size_t i = 0; i < s.size(); i += 100) {
+              ASSERT_LT(static_cast<std::size_t>(s[i]), moved.size());
+              ASSERT_LT(static_cast<std::size_t>(q[i]), t.size());
+            }
+          };
   ASSERT_TRUE(reg.registerVisualizationCallback(callback)); // PCL calls it once here
   align();
   EXPECT_EQ(calls, reg.getResult().iterations + 1);
@@ -267,6 +259,5 @@ TEST_F(RegistrationProtocol, WorksInsideIncrementalRegistration)
   incremental.setRegistration(base);
   for (std::size_t i = 3; i < 6; ++i)
     ASSERT_TRUE(incremental.registerCloud(frame(i)));
-  EXPECT_LT((incremental.getAbsoluteTransform() - truth.matrix().cast<float>()).norm(),
-            4e-3);
+  EXPECT_LT((incremental.getAbsoluteTransform() - truth.matrix().cast<float>()).norm(), 4e-3);
 }

@@ -28,8 +28,7 @@ absoluteErrors(const cv::Mat& depth, const cv::Mat& truth)
 double
 rms(const std::vector<float>& errors, double share)
 {
-  const std::size_t n =
-      static_cast<std::size_t>(share * static_cast<double>(errors.size()));
+  const std::size_t n = static_cast<std::size_t>(share * static_cast<double>(errors.size()));
   double sum = 0;
   for (std::size_t i = 0; i < n; ++i)
     sum += errors[i] * errors[i];
@@ -52,8 +51,8 @@ normalError(const DepthView& view, const Eigen::Vector3d& truth)
   for (int i = 0; i < static_cast<int>(view.normals.total()); ++i) {
     const float* n = view.normals.ptr<float>() + 3 * i;
     if (std::isfinite(n[0]))
-      angles.push_back(degrees(std::acos(
-          std::min(1.0, std::abs(truth.dot(Eigen::Vector3d(n[0], n[1], n[2])))))));
+      angles.push_back(degrees(
+          std::acos(std::min(1.0, std::abs(truth.dot(Eigen::Vector3d(n[0], n[1], n[2])))))));
   }
   std::sort(angles.begin(), angles.end());
   EXPECT_GT(angles.size(), view.normals.total() * 9 / 10);
@@ -65,8 +64,7 @@ cv::Mat
 squareBeforeWall(const CameraIntrinsics& camera)
 {
   cv::Mat depth(camera.height, camera.width, CV_32F, cv::Scalar(2));
-  depth(cv::Rect(camera.width / 4, camera.height / 4, camera.width / 2,
-                 camera.height / 2)) = 1.0f;
+  depth(cv::Rect(camera.width / 4, camera.height / 4, camera.width / 2, camera.height / 2)) = 1.0f;
   return depth;
 }
 
@@ -87,8 +85,7 @@ expectThrowWith(const std::function<void()>& call, const std::string& part)
 TEST(DepthView, NormalsOfAPlaneAreExact)
 {
   const Eigen::Vector3d normal = Eigen::Vector3d(0.4, -0.3, 1).normalized();
-  const DepthView view =
-      makeDepthView(planeDepth(smallCamera(), normal, 1.5), smallCamera());
+  const DepthView view = makeDepthView(planeDepth(smallCamera(), normal, 1.5), smallCamera());
   EXPECT_LT(normalError(view, normal), 0.05);
 }
 
@@ -120,8 +117,7 @@ TEST(DepthView, NormalsAtThreeMetresSurviveTheNoise)
 TEST(DepthView, WeightFollowsTheNoiseModel)
 {
   for (const double z : {0.6, 1.5, 3.0}) {
-    const DepthView view =
-        makeDepthView(planeDepth(smallCamera(), {0, 0, 1}, z), smallCamera());
+    const DepthView view = makeDepthView(planeDepth(smallCamera(), {0, 0, 1}, z), smallCamera());
     const double expected = 1 / std::pow(DepthNoise().sigma(z), 2);
     EXPECT_NEAR(view.weight.at<float>(60, 80) / expected, 1, 0.01) << z;
   }
@@ -154,8 +150,7 @@ TEST(DepthView, FlyingPixelsAndSteepSurfacesWeighNothing)
   VirtualDepthOptions options;
   options.max_view_angle = 40;
   const Eigen::Vector3d steep(std::sin(M_PI / 3), 0, std::cos(M_PI / 3));
-  const DepthView tilted =
-      makeDepthView(planeDepth(camera, steep, 1), camera, 1, options);
+  const DepthView tilted = makeDepthView(planeDepth(camera, steep, 1), camera, 1, options);
   EXPECT_EQ(tilted.weight.at<float>(60, 80), 0);
 }
 
@@ -214,8 +209,7 @@ TEST(VirtualDepth, IsWithoutBiasOnExactDepth)
   EXPECT_GT(errors.size(), truth.total() * 95 / 100);
   EXPECT_LT(errors[errors.size() / 2], 0.0003f);
   // Nothing bleeds over occlusion edges: hardly a pixel shows the wrong surface.
-  const auto wrong =
-      std::count_if(errors.begin(), errors.end(), [](float e) { return e > 0.05f; });
+  const auto wrong = std::count_if(errors.begin(), errors.end(), [](float e) { return e > 0.05f; });
   EXPECT_LT(static_cast<double>(wrong) / static_cast<double>(errors.size()), 0.005);
 }
 
@@ -230,13 +224,10 @@ TEST(VirtualDepth, ErrorFallsLikeTheRootOfTheNumberOfViews)
   for (const DepthView& view : views)
     registered.push_back({&view, pose});
   const double one =
-      rms(absoluteErrors(
-              renderVirtualDepth({registered[0]}, room().camera(), pose).depth, truth),
+      rms(absoluteErrors(renderVirtualDepth({registered[0]}, room().camera(), pose).depth, truth),
           0.98);
   const double nine =
-      rms(absoluteErrors(renderVirtualDepth(registered, room().camera(), pose).depth,
-                         truth),
-          0.98);
+      rms(absoluteErrors(renderVirtualDepth(registered, room().camera(), pose).depth, truth), 0.98);
   EXPECT_NEAR(one / nine, 3, 0.3);
 }
 
@@ -247,14 +238,11 @@ TEST(VirtualDepth, NoiseSeenFromAsideDoesNotPullTheSurface)
   const double z = 2.5;
   Pose pose = Pose::Identity();
   pose.linear() = Eigen::AngleAxisd(0.35, Eigen::Vector3d::UnitY()).toRotationMatrix();
-  pose.translation() =
-      Eigen::Vector3d(0, 0, z) - pose.linear() * Eigen::Vector3d(0, 0, z);
+  pose.translation() = Eigen::Vector3d(0, 0, z) - pose.linear() * Eigen::Vector3d(0, 0, z);
   const Eigen::Vector3d normal = pose.linear().transpose() * Eigen::Vector3d::UnitZ();
   const double distance = z - pose.translation().z();
-  const DepthView view =
-      makeDepthView(noisy(planeDepth(camera, normal, distance), 7), camera);
-  const VirtualDepth out =
-      renderVirtualDepth({{&view, pose}}, camera, Pose::Identity());
+  const DepthView view = makeDepthView(noisy(planeDepth(camera, normal, distance), 7), camera);
+  const VirtualDepth out = renderVirtualDepth({{&view, pose}}, camera, Pose::Identity());
   double sum = 0, count = 0;
   for (int v = 60; v < 180; ++v)
     for (int u = 80; u < 240; ++u)
@@ -269,11 +257,10 @@ TEST(VirtualDepth, NoiseSeenFromAsideDoesNotPullTheSurface)
 TEST(VirtualDepth, NearestSurfaceHidesWhatIsBehind)
 {
   const CameraIntrinsics camera = smallCamera();
-  const cv::Mat front = planeDepth(camera, {0, 0, 1}, 1),
-                back = planeDepth(camera, {0, 0, 1}, 2);
+  const cv::Mat front = planeDepth(camera, {0, 0, 1}, 1), back = planeDepth(camera, {0, 0, 1}, 2);
   const DepthView a = makeDepthView(front, camera), b = makeDepthView(back, camera);
-  const VirtualDepth out = renderVirtualDepth(
-      {{&b, Pose::Identity()}, {&a, Pose::Identity()}}, camera, Pose::Identity());
+  const VirtualDepth out = renderVirtualDepth({{&b, Pose::Identity()}, {&a, Pose::Identity()}},
+                                              camera, Pose::Identity());
   EXPECT_FLOAT_EQ(out.depth.at<float>(60, 80), 1);
 }
 
@@ -284,11 +271,8 @@ TEST(VirtualDepth, SurfacesSeenFromBehindAreNotRendered)
   Pose pose = Pose::Identity(); // looks back at the virtual camera, 2 m in front of it
   pose.linear() = Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitY()).toRotationMatrix();
   pose.translation().z() = 2;
-  const VirtualDepth out =
-      renderVirtualDepth({{&view, pose}}, camera, Pose::Identity());
-  EXPECT_TRUE(
-      absoluteErrors(out.depth, cv::Mat(out.depth.size(), CV_32F, cv::Scalar(1)))
-          .empty());
+  const VirtualDepth out = renderVirtualDepth({{&view, pose}}, camera, Pose::Identity());
+  EXPECT_TRUE(absoluteErrors(out.depth, cv::Mat(out.depth.size(), CV_32F, cv::Scalar(1))).empty());
 }
 
 TEST(VirtualDepth, VarianceIsThatOfTheAverage)
@@ -298,8 +282,8 @@ TEST(VirtualDepth, VarianceIsThatOfTheAverage)
   const RegisteredView one{&view, Pose::Identity()};
   const float single =
       renderVirtualDepth({one}, camera, Pose::Identity()).variance.at<float>(60, 80);
-  const float four = renderVirtualDepth({one, one, one, one}, camera, Pose::Identity())
-                         .variance.at<float>(60, 80);
+  const float four =
+      renderVirtualDepth({one, one, one, one}, camera, Pose::Identity()).variance.at<float>(60, 80);
   EXPECT_NEAR(std::sqrt(single) / DepthNoise().sigma(1.5), 1, 0.01);
   EXPECT_NEAR(single / four, 4, 1e-3);
 }
@@ -309,38 +293,32 @@ TEST(VirtualDepth, DoesNotDependOnThreadsNorOnTheOrderOfViews)
   std::vector<DepthView> views;
   std::vector<RegisteredView> registered, reversed;
   for (unsigned i = 0; i < 5; ++i)
-    views.push_back(
-        makeDepthView(noisy(room().readExact(2 * i).depth, i), room().camera()));
+    views.push_back(makeDepthView(noisy(room().readExact(2 * i).depth, i), room().camera()));
   for (std::size_t i = 0; i < 5; ++i)
     registered.push_back({&views[i], room().worldFromCamera(2 * i)});
   reversed.assign(registered.rbegin(), registered.rend());
   const Pose pose = room().worldFromCamera(4);
   VirtualDepthOptions options;
   options.num_threads = 1;
-  const VirtualDepth one =
-      renderVirtualDepth(registered, room().camera(), pose, options);
+  const VirtualDepth one = renderVirtualDepth(registered, room().camera(), pose, options);
   options.num_threads = 2;
-  const VirtualDepth two =
-      renderVirtualDepth(registered, room().camera(), pose, options);
+  const VirtualDepth two = renderVirtualDepth(registered, room().camera(), pose, options);
   EXPECT_TRUE(sameBits(one.depth, two.depth));
   EXPECT_TRUE(sameBits(one.normals, two.normals));
   EXPECT_TRUE(sameBits(one.variance, two.variance));
-  const VirtualDepth other =
-      renderVirtualDepth(reversed, room().camera(), pose, options);
+  const VirtualDepth other = renderVirtualDepth(reversed, room().camera(), pose, options);
   const std::vector<float> difference = absoluteErrors(other.depth, one.depth);
   EXPECT_LT(difference.back(), 1e-5);
-  const DepthView serial =
-      makeDepthView(room().readExact(0).depth, room().camera(), 2, [] {
-        VirtualDepthOptions o;
-        o.num_threads = 1;
-        return o;
-      }());
-  const DepthView parallel =
-      makeDepthView(room().readExact(0).depth, room().camera(), 2, [] {
-        VirtualDepthOptions o;
-        o.num_threads = 2;
-        return o;
-      }());
+  const DepthView serial = makeDepthView(room().readExact(0).depth, room().camera(), 2, [] {
+    VirtualDepthOptions o;
+    o.num_threads = 1;
+    return o;
+  }());
+  const DepthView parallel = makeDepthView(room().readExact(0).depth, room().camera(), 2, [] {
+    VirtualDepthOptions o;
+    o.num_threads = 2;
+    return o;
+  }());
   EXPECT_TRUE(sameBits(serial.normals, parallel.normals));
   EXPECT_TRUE(sameBits(serial.weight, parallel.weight));
 }
@@ -351,8 +329,7 @@ TEST(VirtualDepth, DoesNotDependOnTheWorldFrame)
   const Pose a = room().worldFromCamera(0), b = room().worldFromCamera(2);
   const Pose moved = randomMotion(3, 2.0, 50);
   const VirtualDepth here = renderVirtualDepth({{&view, a}}, room().camera(), b);
-  const VirtualDepth there =
-      renderVirtualDepth({{&view, moved * a}}, room().camera(), moved * b);
+  const VirtualDepth there = renderVirtualDepth({{&view, moved * a}}, room().camera(), moved * b);
   const std::vector<float> difference = absoluteErrors(here.depth, there.depth);
   EXPECT_LT(difference[difference.size() * 999 / 1000], 1e-4);
 }
@@ -377,12 +354,10 @@ TEST(VirtualDepth, RefusesBadInputNamingIt)
 {
   const CameraIntrinsics camera = smallCamera();
   const cv::Mat depth(120, 160, CV_32F, cv::Scalar(1));
-  expectThrowWith([&] { makeDepthView(cv::Mat(120, 160, CV_16U), camera); },
-                  "CV_32FC1");
+  expectThrowWith([&] { makeDepthView(cv::Mat(120, 160, CV_16U), camera); }, "CV_32FC1");
   expectThrowWith([&] { makeDepthView(cv::Mat(10, 10, CV_32F), camera); }, "10x10");
   expectThrowWith([&] { makeDepthView(depth, camera, 0); }, "reduction 0");
-  expectThrowWith([&] { makeDepthView(depth, CameraIntrinsics()); },
-                  "impossible camera");
+  expectThrowWith([&] { makeDepthView(depth, CameraIntrinsics()); }, "impossible camera");
   expectThrowWith(
       [&] {
         renderVirtualDepth({{nullptr, Pose::Identity()}}, camera, Pose::Identity());
@@ -414,10 +389,8 @@ TEST(VirtualDepth, WithoutViewsShowsNothing)
 TEST(VirtualDepthOptions, EveryFieldIsChecked)
 {
   const std::vector<std::function<void(VirtualDepthOptions&)>> faults = {
-      [](auto& o) { o.edge_distance = -1; },
-      [](auto& o) { o.max_view_angle = 90; },
-      [](auto& o) { o.merge_sigmas = std::nan(""); },
-      [](auto& o) { o.num_threads = -1; }};
+      [](auto& o) { o.edge_distance = -1; }, [](auto& o) { o.max_view_angle = 90; },
+      [](auto& o) { o.merge_sigmas = std::nan(""); }, [](auto& o) { o.num_threads = -1; }};
   EXPECT_TRUE(VirtualDepthOptions().isValid());
   for (const auto& fault : faults) {
     VirtualDepthOptions options;

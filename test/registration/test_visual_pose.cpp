@@ -15,8 +15,7 @@ constexpr double SIGMA = 0.005;
 
 /** Noisy correspondences under `truth`, the last `outliers` of them arbitrary. */
 VisualCorrespondences
-correspondences(const Pose& truth, std::size_t size, std::size_t outliers,
-                double sigma = SIGMA)
+correspondences(const Pose& truth, std::size_t size, std::size_t outliers, double sigma = SIGMA)
 {
   std::mt19937 random(5);
   std::normal_distribution<double> normal;
@@ -25,8 +24,7 @@ correspondences(const Pose& truth, std::size_t size, std::size_t outliers,
   for (std::size_t i = 0; i < size; ++i) {
     const Eigen::Vector3d p(uniform(random), uniform(random), 2 + uniform(random));
     Eigen::Vector3d q = truth * p;
-    q += sigma / std::sqrt(3.0) *
-         Eigen::Vector3d(normal(random), normal(random), normal(random));
+    q += sigma / std::sqrt(3.0) * Eigen::Vector3d(normal(random), normal(random), normal(random));
     if (i >= size - outliers)
       q = 2 * Eigen::Vector3d(uniform(random), uniform(random), uniform(random));
     c.source.push_back(p);
@@ -77,8 +75,7 @@ TEST(VisualPose, WithoutConsensusThereIsNone)
   EXPECT_FALSE(estimateVisualPose({}));
   VisualCorrespondences line = correspondences(Pose::Identity(), 20, 0, 0);
   for (std::size_t i = 0; i < line.source.size(); ++i)
-    line.source[i] = line.target[i] =
-        Eigen::Vector3d(0.1 * static_cast<double>(i), 0, 1);
+    line.source[i] = line.target[i] = Eigen::Vector3d(0.1 * static_cast<double>(i), 0, 1);
   EXPECT_FALSE(estimateVisualPose(line)) << "points on a line leave a rotation open";
 }
 

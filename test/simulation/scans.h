@@ -37,8 +37,7 @@ largestDistance(const bundle_icp::SyntheticScan& scan, const cv::Mat& depth,
   for (int y = 0; y < depth.rows; ++y)
     for (int x = 0; x < depth.cols; ++x) {
       const double z = depth.at<float>(y, x);
-      const double distance =
-          scan.distanceToSurface(world_from_camera * camera.unproject(x, y, z));
+      const double distance = scan.distanceToSurface(world_from_camera * camera.unproject(x, y, z));
       largest = std::isfinite(distance) ? std::max(largest, distance) : 1e9;
     }
   return largest;

@@ -165,8 +165,7 @@ TEST(CameraFaults, RollingShutterShowsEachRowAtItsTime)
   const RGBDFrame frame = scan.read(1), exact = scan.readExact(1);
   EXPECT_TRUE(areSame(frame.depth, exact.depth));
   const auto difference = [&frame](const cv::Mat& color, int y) {
-    return cv::norm(frame.color.rowRange(y, y + 4), color.rowRange(y, y + 4),
-                    cv::NORM_L1) /
+    return cv::norm(frame.color.rowRange(y, y + 4), color.rowRange(y, y + 4), cv::NORM_L1) /
            (4 * 160 * 3);
   };
   for (const int y : {0, 20, 40, 80, 116}) {
@@ -272,8 +271,7 @@ TEST(CameraFaults, ExposureChangesWithinItsAmplitude)
   const SyntheticScan scan = scanWith([](auto& o) { o.exposure_change = 0.2; });
   double least = 10, most = 0;
   for (std::size_t i = 0; i < scan.size(); ++i) {
-    const double gain =
-        cv::mean(scan.read(i).color)[1] / cv::mean(scan.readExact(i).color)[1];
+    const double gain = cv::mean(scan.read(i).color)[1] / cv::mean(scan.readExact(i).color)[1];
     least = std::min(least, gain);
     most = std::max(most, gain);
   }

@@ -25,9 +25,7 @@ TEST(SyntheticScan, DepthLiesOnTheSurface)
     ASSERT_EQ(frame.depth.type(), CV_32FC1);
     ASSERT_EQ(frame.color.type(), CV_8UC3);
     ASSERT_EQ(frame.depth.size(), cv::Size(160, 120));
-    EXPECT_LT(
-        largestDistance(scan, frame.depth, scan.camera(), scan.worldFromCamera(i)),
-        1e-5)
+    EXPECT_LT(largestDistance(scan, frame.depth, scan.camera(), scan.worldFromCamera(i)), 1e-5)
         << i;
   }
 }
@@ -41,8 +39,7 @@ TEST(SyntheticScan, OddImageSizesAreExactToo)
   const SyntheticScan scan(options);
   const RGBDFrame frame = scan.read(1);
   ASSERT_EQ(frame.color.size(), cv::Size(101, 147));
-  EXPECT_LT(largestDistance(scan, frame.depth, scan.camera(), scan.worldFromCamera(1)),
-            1e-5);
+  EXPECT_LT(largestDistance(scan, frame.depth, scan.camera(), scan.worldFromCamera(1)), 1e-5);
 }
 
 TEST(SyntheticScan, NothingHidesWhatIsSeen)
@@ -69,14 +66,12 @@ TEST(SyntheticScan, TwoViewsAgree)
 {
   const SyntheticScan& scan = exactScan();
   const RGBDFrame first = scan.read(4), second = scan.read(5);
-  const Pose second_from_first =
-      scan.worldFromCamera(5).inverse() * scan.worldFromCamera(4);
+  const Pose second_from_first = scan.worldFromCamera(5).inverse() * scan.worldFromCamera(4);
   int in_view = 0, same_depth = 0, same_color = 0;
   for (int y = 0; y < first.depth.rows; ++y)
     for (int x = 0; x < first.depth.cols; ++x) {
       const Eigen::Vector3d point =
-          second_from_first *
-          scan.camera().unproject(x, y, first.depth.at<float>(y, x));
+          second_from_first * scan.camera().unproject(x, y, first.depth.at<float>(y, x));
       const Eigen::Vector2d pixel = scan.camera().project(point);
       if (point.z() <= 0 || !scan.camera().contains(pixel))
         continue;
@@ -85,8 +80,7 @@ TEST(SyntheticScan, TwoViewsAgree)
       if (std::abs(second.depth.at<float>(there) / point.z() - 1) > 0.03)
         continue;
       ++same_depth;
-      const cv::Vec3b a = first.color.at<cv::Vec3b>(y, x),
-                      b = second.color.at<cv::Vec3b>(there);
+      const cv::Vec3b a = first.color.at<cv::Vec3b>(y, x), b = second.color.at<cv::Vec3b>(there);
       same_color += std::abs(a[0] + a[1] + a[2] - b[0] - b[1] - b[2]) < 60;
     }
   EXPECT_GT(in_view, 5000);
@@ -128,8 +122,8 @@ TEST(SyntheticScan, VisibleSurfaceHasOnePointAVoxelOnTheSurface)
     EXPECT_NEAR(normal.norm(), 1, 1e-5);
     EXPECT_GT(normal.dot(camera - point), 0); // towards where it was seen from
     EXPECT_LT(scan.distanceToSurface(point + 1e-3 * normal), 1e-3 + 1e-5);
-    voxels.insert({int(std::floor(p.x / 0.03)), int(std::floor(p.y / 0.03)),
-                   int(std::floor(p.z / 0.03))});
+    voxels.insert(
+        {int(std::floor(p.x / 0.03)), int(std::floor(p.y / 0.03)), int(std::floor(p.z / 0.03))});
   }
   EXPECT_GE(voxels.size(),
             0.999 * double(surface->size())); // but for rounding at borders
@@ -137,8 +131,7 @@ TEST(SyntheticScan, VisibleSurfaceHasOnePointAVoxelOnTheSurface)
 
 TEST(SyntheticScan, VisibleSurfaceDoesNotDependOnThreads)
 {
-  const auto one = exactScan().visibleSurface(0.02, 1),
-             three = exactScan().visibleSurface(0.02, 3);
+  const auto one = exactScan().visibleSurface(0.02, 1), three = exactScan().visibleSurface(0.02, 3);
   ASSERT_EQ(one->size(), three->size());
   for (std::size_t i = 0; i < one->size(); ++i)
     ASSERT_EQ((*one)[i].getVector3fMap(), (*three)[i].getVector3fMap());
@@ -214,8 +207,7 @@ TEST(SyntheticScan, LongScanSeesEveryWall)
     const double nearest = std::min(to_x, to_y);
     if (nearest < 1.5)
       walls.insert(to_x < to_y ? (gaze.x() > 0 ? 0 : 1) : (gaze.y() > 0 ? 2 : 3));
-    at_table +=
-        (from + (0.76 - from.z()) / gaze.z() * gaze).cwiseAbs().maxCoeff() < 0.8;
+    at_table += (from + (0.76 - from.z()) / gaze.z() * gaze).cwiseAbs().maxCoeff() < 0.8;
   }
   EXPECT_EQ(walls.size(), 4u);
   EXPECT_GT(at_table, 1000);
@@ -228,8 +220,7 @@ TEST(SyntheticScan, FrameRateSamplesTheSamePath)
   options.num_frames = 36;
   const SyntheticScan scan(options);
   for (std::size_t i = 0; i < exactScan().size(); ++i)
-    EXPECT_TRUE(
-        scan.worldFromCamera(3 * i).isApprox(exactScan().worldFromCamera(i), 1e-12));
+    EXPECT_TRUE(scan.worldFromCamera(3 * i).isApprox(exactScan().worldFromCamera(i), 1e-12));
   EXPECT_DOUBLE_EQ(scan.timestamp(3), 0.5);
 }
 
@@ -239,8 +230,7 @@ TEST(SyntheticScan, StartsWhereAsked)
   options.start_time = 1;
   const SyntheticScan scan(options);
   for (std::size_t i = 0; i + 2 < scan.size(); ++i)
-    EXPECT_TRUE(
-        scan.worldFromCamera(i).isApprox(exactScan().worldFromCamera(i + 2), 1e-12));
+    EXPECT_TRUE(scan.worldFromCamera(i).isApprox(exactScan().worldFromCamera(i + 2), 1e-12));
   EXPECT_EQ(scan.timestamp(0), 0);
 }
 
@@ -254,8 +244,8 @@ TEST(SyntheticScan, TurnsOnTheSpot)
   double largest = 0;
   for (std::size_t i = 1; i < scan.size(); ++i) {
     EXPECT_EQ(scan.worldFromCamera(i).translation(), scan.worldFromCamera(0).translation());
-    largest = std::max(largest, rotationAngle(scan.worldFromCamera(0).inverse() *
-                                              scan.worldFromCamera(i)));
+    largest = std::max(largest,
+                       rotationAngle(scan.worldFromCamera(0).inverse() * scan.worldFromCamera(i)));
   }
   EXPECT_GT(largest, 0.8);
 }
@@ -274,15 +264,14 @@ TEST(SyntheticScan, WithoutTextureThereAreFewFeatures)
   };
   const std::size_t plain = count(0), full = count(1);
   EXPECT_LT(5 * plain, full);
-  EXPECT_TRUE(areSame(SyntheticScan(options).read(0).depth,
-                      SyntheticScan([] {
-                        SyntheticScanOptions plain_options;
-                        plain_options.num_frames = 1;
-                        plain_options.texture = 0;
-                        return plain_options;
-                      }())
-                          .read(0)
-                          .depth));
+  EXPECT_TRUE(areSame(SyntheticScan(options).read(0).depth, SyntheticScan([] {
+                                                              SyntheticScanOptions plain_options;
+                                                              plain_options.num_frames = 1;
+                                                              plain_options.texture = 0;
+                                                              return plain_options;
+                                                            }())
+                                                                .read(0)
+                                                                .depth));
 }
 
 TEST(SyntheticScan, GroundTruthIsThePoses)
@@ -324,9 +313,9 @@ TEST(SyntheticScan, UnorderedFramesKeepTheirPoses)
     EXPECT_EQ(scan.timestamp(i),
               exactScan().timestamp(i)); // stamps follow the new order
     const RGBDFrame frame = scan.read(i);
-    EXPECT_LT(largestDistance(scan, frame.depth, scan.camera(),
-                              scan.groundTruth()[i].world_from_camera),
-              1e-5);
+    EXPECT_LT(
+        largestDistance(scan, frame.depth, scan.camera(), scan.groundTruth()[i].world_from_camera),
+        1e-5);
     for (std::size_t k = 0; k < scan.size(); ++k)
       if (scan.worldFromCamera(i).matrix() == exactScan().worldFromCamera(k).matrix()) {
         found.insert(k);
@@ -343,8 +332,7 @@ TEST(SyntheticScan, RefusesWhatIsOutOfBounds)
   const double nan = std::nan("");
   const std::pair<std::function<void(Options&)>, const char*> cases[] = {
       {[](Options& o) { o.num_frames = 0; }, "num_frames is 0, expected 1 to"},
-      {[](Options& o) { o.frame_rate = 0; },
-       "frame_rate [Hz] is 0, expected 0.1 to 1000"},
+      {[](Options& o) { o.frame_rate = 0; }, "frame_rate [Hz] is 0, expected 0.1 to 1000"},
       {[](Options& o) { o.width = 8; }, "width [px] is 8"},
       {[](Options& o) { o.height = -480; }, "height [px] is -480"},
       {[](Options& o) { o.focal_length = 0; }, "focal length"},
@@ -352,8 +340,7 @@ TEST(SyntheticScan, RefusesWhatIsOutOfBounds)
       {[](Options& o) { o.noise_factor = -1; }, "noise_factor is -1"},
       {[](Options& o) { o.noise.constant = 0; }, "depth noise"},
       {[](Options& o) { o.quantisation = 1; }, "quantisation [1/m] is 1"},
-      {[](Options& o) { o.hole_fraction = 1; },
-       "hole_fraction is 1, expected 0 to 0.95"},
+      {[](Options& o) { o.hole_fraction = 1; }, "hole_fraction is 1, expected 0 to 0.95"},
       {[&](Options& o) { o.color_noise = nan; }, "color_noise is nan"},
       {[](Options& o) { o.blur_fraction = 1.1; }, "blur_fraction is 1.1"},
       {[](Options& o) { o.exposure_change = 1; }, "exposure_change is 1"},
@@ -365,9 +352,8 @@ TEST(SyntheticScan, RefusesWhatIsOutOfBounds)
   for (const auto& [spoil, message] : cases) {
     Options options;
     spoil(options);
-    EXPECT_CONTAINS(
-        messageOf<pcl::BadArgumentException>([&] { SyntheticScan scan(options); }),
-        message);
+    EXPECT_CONTAINS(messageOf<pcl::BadArgumentException>([&] { SyntheticScan scan(options); }),
+                    message);
   }
   EXPECT_TRUE(Options().isValid());
   EXPECT_TRUE(Options::fullNoise().isValid());

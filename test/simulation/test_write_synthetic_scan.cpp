@@ -52,11 +52,10 @@ TEST(WriteSyntheticScan, IsReadBackAsATumRecording)
     const cv::Mat holes = frame.depth != frame.depth;
     EXPECT_TRUE(areSame(holes, written.depth != written.depth));
     EXPECT_LT(cv::norm(written.depth, frame.depth, cv::NORM_INF, ~holes), 1.01e-4);
-    EXPECT_TRUE(dataset->groundTruth()[i].world_from_camera.isApprox(
-        scan.worldFromCamera(i), 1e-6));
+    EXPECT_TRUE(
+        dataset->groundTruth()[i].world_from_camera.isApprox(scan.worldFromCamera(i), 1e-6));
   }
-  EXPECT_CONTAINS(readText(folder.path("new/scan/intrinsics.txt")),
-                  "\ndepth_scale 5000\n");
+  EXPECT_CONTAINS(readText(folder.path("new/scan/intrinsics.txt")), "\ndepth_scale 5000\n");
 
   pcl::PointCloud<pcl::PointNormal> surface;
   ASSERT_EQ(pcl::io::loadPLYFile(folder.path("new/scan/surface.ply"), surface), 0);
@@ -74,8 +73,8 @@ TEST(WriteSyntheticScan, DoesNotDependOnThreads)
   const TemporaryFolder folder;
   writeSyntheticScan(scan, folder.path("one"), coarse(1));
   writeSyntheticScan(scan, folder.path("three"), coarse(3));
-  for (const char* file : {"depth/1.000000.png", "rgb/0.500000.png", "surface.ply",
-                           "rgb.txt", "groundtruth.txt"}) {
+  for (const char* file :
+       {"depth/1.000000.png", "rgb/0.500000.png", "surface.ply", "rgb.txt", "groundtruth.txt"}) {
     const std::string bytes = readText(folder.path("one") + "/" + file);
     EXPECT_FALSE(bytes.empty()) << file;
     EXPECT_EQ(bytes, readText(folder.path("three") + "/" + file)) << file;
@@ -96,17 +95,15 @@ TEST(WriteSyntheticScan, TouchesNothingThatExists)
 {
   const TemporaryFolder folder;
   writeText(folder.path("notes.txt"), "mine");
+  EXPECT_CONTAINS(
+      messageOf<pcl::IOException>([&] { writeSyntheticScan(exactScan(), folder.path()); }),
+      "is not empty; nothing was written");
   EXPECT_CONTAINS(messageOf<pcl::IOException>(
-                      [&] { writeSyntheticScan(exactScan(), folder.path()); }),
-                  "is not empty; nothing was written");
-  EXPECT_CONTAINS(messageOf<pcl::IOException>([&] {
-                    writeSyntheticScan(exactScan(), folder.path("notes.txt"));
-                  }),
+                      [&] { writeSyntheticScan(exactScan(), folder.path("notes.txt")); }),
                   "notes.txt' exists and is not a folder");
   EXPECT_EQ(readText(folder.path("notes.txt")), "mine");
   EXPECT_FALSE(fs::exists(folder.path("rgb")));
-  EXPECT_THROW(writeSyntheticScan(exactScan(), folder.path("notes.txt/below")),
-               pcl::IOException);
+  EXPECT_THROW(writeSyntheticScan(exactScan(), folder.path("notes.txt/below")), pcl::IOException);
 }
 
 TEST(WriteSyntheticScan, RefusesInvalidOptionsBeforeItWrites)
@@ -114,9 +111,8 @@ TEST(WriteSyntheticScan, RefusesInvalidOptionsBeforeItWrites)
   const TemporaryFolder folder;
   SyntheticScanWriteOptions options;
   options.surface_spacing = 1e-5;
-  EXPECT_CONTAINS(messageOf<pcl::BadArgumentException>([&] {
-                    writeSyntheticScan(exactScan(), folder.path("scan"), options);
-                  }),
+  EXPECT_CONTAINS(messageOf<pcl::BadArgumentException>(
+                      [&] { writeSyntheticScan(exactScan(), folder.path("scan"), options); }),
                   "surface_spacing [m] is 1e-05, expected 0.001 to 1");
   options = {};
   options.num_threads = -1;
@@ -129,12 +125,11 @@ TEST(WriteSyntheticScan, StopsWhenProgressAsksTo)
 {
   const TemporaryFolder folder;
   const auto caller = std::this_thread::get_id();
-  writeSyntheticScan(exactScan(), folder.path("scan"), coarse(2),
-                     [&](const Progress& progress) {
-                       EXPECT_EQ(std::this_thread::get_id(), caller);
-                       EXPECT_EQ(progress.total, exactScan().size());
-                       return false;
-                     });
+  writeSyntheticScan(exactScan(), folder.path("scan"), coarse(2), [&](const Progress& progress) {
+    EXPECT_EQ(std::this_thread::get_id(), caller);
+    EXPECT_EQ(progress.total, exactScan().size());
+    return false;
+  });
   // Without lists it is not taken for a recording.
   EXPECT_FALSE(fs::exists(folder.path("scan/rgb.txt")));
   EXPECT_FALSE(fs::exists(folder.path("scan/surface.ply")));
@@ -144,12 +139,11 @@ TEST(WriteSyntheticScan, ReportsProgressToTheEnd)
 {
   const TemporaryFolder folder;
   std::map<std::string, std::size_t> last;
-  writeSyntheticScan(exactScan(), folder.path("scan"), coarse(2),
-                     [&](const Progress& progress) {
-                       EXPECT_GE(progress.done, last[progress.stage]);
-                       last[progress.stage] = progress.done;
-                       return true;
-                     });
+  writeSyntheticScan(exactScan(), folder.path("scan"), coarse(2), [&](const Progress& progress) {
+    EXPECT_GE(progress.done, last[progress.stage]);
+    last[progress.stage] = progress.done;
+    return true;
+  });
   EXPECT_EQ(last["frames"], exactScan().size());
   EXPECT_EQ(last["surface"], 1u);
 }
@@ -214,10 +208,9 @@ TEST_F(SimulateProgram, ExplainsItself)
   const ProgramResult result = runProgram("bundle_icp_simulate", {"-h"});
   EXPECT_EQ(result.exit_code, 0);
   for (const char* option :
-       {"--frames", "--rate", "--size", "--focal-length", "--seed", "--threads",
-        "--full-noise", "--noise", "--quantisation", "--holes", "--flying-pixels",
-        "--color-noise", "--blur", "--exposure-change", "--depth-bias", "--focal-error",
-        "--time-offset", "--unordered"})
+       {"--frames", "--rate", "--size", "--focal-length", "--seed", "--threads", "--full-noise",
+        "--noise", "--quantisation", "--holes", "--flying-pixels", "--color-noise", "--blur",
+        "--exposure-change", "--depth-bias", "--focal-error", "--time-offset", "--unordered"})
     EXPECT_CONTAINS(result.out, option);
 }
 

@@ -17,14 +17,15 @@ struct Example {
   static constexpr int COLUMNS = 30;
   BlockStructure structure;
   std::vector<PaddedBlock<SIZE>> blocks;
-  Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(SIZE * COLUMNS, SIZE * COLUMNS);
+  Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(SIZE * COLUMNS, SIZE* COLUMNS);
 
   Example() : structure(columns()), blocks(structure.rows.size(), PaddedBlock<SIZE>::Zero())
   {
     std::mt19937 random(1);
     std::normal_distribution<double> normal;
     for (int c = 0; c < COLUMNS; ++c)
-      for (std::size_t k = structure.first[std::size_t(c)]; k < structure.first[std::size_t(c) + 1]; ++k) {
+      for (std::size_t k = structure.first[std::size_t(c)]; k < structure.first[std::size_t(c) + 1];
+           ++k) {
         const int r = structure.rows[k];
         Eigen::Matrix<double, SIZE, SIZE> block = block.NullaryExpr([&] { return normal(random); });
         if (r == c)
@@ -41,7 +42,8 @@ struct Example {
     std::vector<std::vector<int>> columns(COLUMNS);
     for (int c = 0; c < COLUMNS; ++c)
       for (const int row : {c, c + 1, c + 2, c + 11, 29 - c})
-        if (row >= c && row < COLUMNS && (columns[std::size_t(c)].empty() || columns[std::size_t(c)].back() < row))
+        if (row >= c && row < COLUMNS &&
+            (columns[std::size_t(c)].empty() || columns[std::size_t(c)].back() < row))
           columns[std::size_t(c)].push_back(row);
     return columns;
   }

@@ -24,9 +24,7 @@ struct Scene {
   BundleAdjustmentProblem problem;
 
   explicit Scene(unsigned num_images = 6)
-  : views(landmarkViews(landmarks, num_images))
-  , graph(toGraph(landmarks, views))
-  , model(num_images)
+  : views(landmarkViews(landmarks, num_images)), graph(toGraph(landmarks, views)), model(num_images)
   {
     for (std::size_t i = 0; i < views.size(); ++i) {
       model.registerImage(graph, i, views[i].world_from_camera, 0, {});
@@ -39,8 +37,7 @@ struct Scene {
   perturb()
   {
     for (std::size_t i = 1; i < views.size(); ++i)
-      model.setWorldFromCamera(i, randomMotion(i, 0.01, 0.02) *
-                                      views[i].world_from_camera);
+      model.setWorldFromCamera(i, randomMotion(i, 0.01, 0.02) * views[i].world_from_camera);
     for (std::size_t p = 0; p < model.points().size(); ++p)
       model.setPosition(p, randomMotion(p, 0, 0.02) * model.points()[p].position);
   }
@@ -50,9 +47,9 @@ struct Scene {
   {
     double largest = 0;
     for (std::size_t i = 0; i < views.size(); ++i)
-      largest = std::max(largest, logarithm(model.worldFromCamera(i) *
-                                            views[i].world_from_camera.inverse())
-                                      .norm());
+      largest = std::max(
+          largest,
+          logarithm(model.worldFromCamera(i) * views[i].world_from_camera.inverse()).norm());
     return largest;
   }
 
@@ -64,8 +61,7 @@ struct Scene {
       if (!point.track.empty()) {
         const Observation& o = point.track.front();
         const int landmark = views[o.image].landmarks[o.feature];
-        largest =
-            std::max(largest, (landmarks.point(landmark) - point.position).norm());
+        largest = std::max(largest, (landmarks.point(landmark) - point.position).norm());
       }
     return largest;
   }
@@ -78,8 +74,7 @@ TEST(AdjustBundle, RecoversTheTruth)
   Scene scene;
   scene.perturb();
   ASSERT_GT(scene.largestPoseError(), 0.01);
-  const BundleAdjustmentResult result =
-      adjustBundle(scene.graph, scene.problem, {}, scene.model);
+  const BundleAdjustmentResult result = adjustBundle(scene.graph, scene.problem, {}, scene.model);
   EXPECT_TRUE(result.success);
   EXPECT_GT(result.iterations, 1);
   EXPECT_GT(result.num_residuals, 1000u);
@@ -94,8 +89,7 @@ TEST(AdjustBundle, PixelsAloneKeepTheShape)
   scene.perturb();
   BundleAdjustmentOptions options;
   options.use_depth = false;
-  const BundleAdjustmentResult with =
-      adjustBundle(scene.graph, scene.problem, {}, scene.model);
+  const BundleAdjustmentResult with = adjustBundle(scene.graph, scene.problem, {}, scene.model);
   scene.perturb();
   const BundleAdjustmentResult without =
       adjustBundle(scene.graph, scene.problem, options, scene.model);
@@ -162,8 +156,8 @@ struct NoisyScene : Scene {
     std::normal_distribution<float> normal(0, 0.5f);
     for (LandmarkView& view : views)
       for (std::size_t j = 0; j < view.features.size(); ++j)
-        view.features.pixels[j] += (j % 20 == 0 ? 5.0f : 1.0f) *
-                                   Eigen::Vector2f(normal(random), normal(random));
+        view.features.pixels[j] +=
+            (j % 20 == 0 ? 5.0f : 1.0f) * Eigen::Vector2f(normal(random), normal(random));
     graph = toGraph(landmarks, views);
     perturb();
   }
@@ -265,18 +259,16 @@ TEST(AdjustBundle, RelativePosesAlonePullPoses)
   SparseModel model(6);
   for (std::size_t i = 0; i < 6; ++i)
     model.registerImage(i, scene.views[i].world_from_camera, 0); // no tracks
-  model.setWorldFromCamera(1, randomMotion(1, 0.05, 0.1) *
-                                  scene.views[1].world_from_camera);
-  model.setWorldFromCamera(2, randomMotion(2, 0.05, 0.1) *
-                                  scene.views[2].world_from_camera);
+  model.setWorldFromCamera(1, randomMotion(1, 0.05, 0.1) * scene.views[1].world_from_camera);
+  model.setWorldFromCamera(2, randomMotion(2, 0.05, 0.1) * scene.views[2].world_from_camera);
   BundleAdjustmentProblem problem;
   problem.variable = {0, 1, 2};
   for (std::size_t i = 0; i < 2; ++i) {
     RelativePoseTerm term;
     term.first = i;
     term.second = i + 1;
-    term.first_from_second = scene.views[i].world_from_camera.inverse() *
-                             scene.views[i + 1].world_from_camera;
+    term.first_from_second =
+        scene.views[i].world_from_camera.inverse() * scene.views[i + 1].world_from_camera;
     term.information = 1e4 * Matrix6d::Identity();
     problem.relative_poses.push_back(term);
   }
@@ -289,8 +281,7 @@ TEST(AdjustBundle, RelativePosesAlonePullPoses)
   EXPECT_EQ(result.num_residuals, 12u);
   for (std::size_t i = 0; i < 3; ++i)
     EXPECT_LT(
-        logarithm(model.worldFromCamera(i) * scene.views[i].world_from_camera.inverse())
-            .norm(),
+        logarithm(model.worldFromCamera(i) * scene.views[i].world_from_camera.inverse()).norm(),
         1e-4);
 }
 
@@ -298,15 +289,13 @@ TEST(AdjustBundle, RefusesImagesWithoutAPose)
 {
   Scene scene;
   scene.model.registerImage(4, Pose::Identity(), -1);
-  EXPECT_CONTAINS(messageOf<pcl::BadArgumentException>([&] {
-                    adjustBundle(scene.graph, scene.problem, {}, scene.model);
-                  }),
+  EXPECT_CONTAINS(messageOf<pcl::BadArgumentException>(
+                      [&] { adjustBundle(scene.graph, scene.problem, {}, scene.model); }),
                   "adjustBundle: image 4 is not registered");
   scene.problem.variable = {0, 1};
   scene.problem.constant = {4};
-  EXPECT_CONTAINS(messageOf<pcl::BadArgumentException>([&] {
-                    adjustBundle(scene.graph, scene.problem, {}, scene.model);
-                  }),
+  EXPECT_CONTAINS(messageOf<pcl::BadArgumentException>(
+                      [&] { adjustBundle(scene.graph, scene.problem, {}, scene.model); }),
                   "image 4 is not registered");
 }
 
@@ -337,8 +326,7 @@ TEST(CalibrationDeviations, AreFiniteBesideAnImageThatSeesNothing)
     model.registerImage(graph, i, views[i].world_from_camera, 0, {});
   model.registerImage(graph, 6, Pose::Identity(), 0, {});
   with_blind.variable.push_back(6);
-  const double without =
-      calibrationDeviations(scene.graph, scene.problem, {}, scene.model)[0];
+  const double without = calibrationDeviations(scene.graph, scene.problem, {}, scene.model)[0];
   EXPECT_GT(without, 0);
   EXPECT_NEAR(calibrationDeviations(graph, with_blind, {}, model)[0], without, 1e-6 * without);
 }
@@ -365,15 +353,13 @@ TEST(AdjustBundle, RefusesInvalidOptions)
   options = {};
   options.depth_error_deviation = 0;
   EXPECT_CONTAINS(message(options), "depth_error_deviation must be > 0");
-  EXPECT_CONTAINS(messageOf<pcl::BadArgumentException>([&] {
-                    heldBackCost(scene.graph, scene.problem, options, scene.model);
-                  }),
+  EXPECT_CONTAINS(messageOf<pcl::BadArgumentException>(
+                      [&] { heldBackCost(scene.graph, scene.problem, options, scene.model); }),
                   "heldBackCost: depth_error_deviation");
-  EXPECT_CONTAINS(
-      messageOf<pcl::BadArgumentException>([&] {
-        calibrationDeviations(scene.graph, scene.problem, options, scene.model);
-      }),
-      "calibrationDeviations: depth_error_deviation");
+  EXPECT_CONTAINS(messageOf<pcl::BadArgumentException>([&] {
+                    calibrationDeviations(scene.graph, scene.problem, options, scene.model);
+                  }),
+                  "calibrationDeviations: depth_error_deviation");
 }
 
 TEST(HeldBack, IsAFifthOfLongTracks)
@@ -406,8 +392,7 @@ TEST(HeldBack, ObservationsTakeNoPart)
       ++all;
     }
   ASSERT_GT(held, 50u);
-  EXPECT_EQ(adjustBundle(scene.graph, scene.problem, {}, scene.model).num_residuals,
-            3 * all);
+  EXPECT_EQ(adjustBundle(scene.graph, scene.problem, {}, scene.model).num_residuals, 3 * all);
   scene.problem.hold_back = true;
   EXPECT_EQ(adjustBundle(scene.graph, scene.problem, {}, scene.model).num_residuals,
             3 * (all - held));
@@ -420,14 +405,11 @@ TEST(HeldBack, CostIsThatOfEachVariableImage)
   scene.problem.variable = {4, 1, 2};
   scene.problem.constant = {0, 3, 5};
   const BundleAdjustmentOptions options;
-  const auto cost = [&] {
-    return heldBackCost(scene.graph, scene.problem, options, scene.model);
-  };
+  const auto cost = [&] { return heldBackCost(scene.graph, scene.problem, options, scene.model); };
   ASSERT_EQ(cost().size(), 3u);
   for (const double exact : cost())
     EXPECT_LT(exact, 1e-2);
-  scene.model.setWorldFromCamera(1, randomMotion(1, 0.01, 0.01) *
-                                        scene.model.worldFromCamera(1));
+  scene.model.setWorldFromCamera(1, randomMotion(1, 0.01, 0.01) * scene.model.worldFromCamera(1));
   EXPECT_LT(cost()[0], 1e-2);
   EXPECT_GT(cost()[1], 1);
   EXPECT_LT(cost()[2], 1e-2);
@@ -437,8 +419,7 @@ TEST(HeldBack, CostOfOneObservationByHand)
 {
   Scene scene;
   scene.problem.hold_back = true;
-  const std::vector<double> before =
-      heldBackCost(scene.graph, scene.problem, {}, scene.model);
+  const std::vector<double> before = heldBackCost(scene.graph, scene.problem, {}, scene.model);
   // Depth errors of three sigma in image 2 alone
   scene.model.setDepthError(2, {3, 0, 0});
   std::size_t held = 0;
@@ -446,8 +427,7 @@ TEST(HeldBack, CostOfOneObservationByHand)
     for (std::size_t k = 0; k < point.track.size(); ++k)
       held += point.track[k].image == 2 && isHeldBack(point, k);
   ASSERT_GT(held, 5u);
-  const std::vector<double> after =
-      heldBackCost(scene.graph, scene.problem, {}, scene.model);
+  const std::vector<double> after = heldBackCost(scene.graph, scene.problem, {}, scene.model);
   const double robust = 4 * std::log1p(9.0 / 4); // Cauchy at a scale of 2
   EXPECT_NEAR(after[2] - before[2], robust * double(held), 1e-2 * double(held));
   EXPECT_EQ(after[1], before[1]);

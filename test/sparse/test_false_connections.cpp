@@ -27,8 +27,8 @@ append(const LandmarkView& from, std::size_t j, Features& to)
   to.descriptors.push_back(f.descriptors.row(static_cast<int>(j)));
 }
 
-/** Images of two places with landmarks of their own, and a thing that stands in both of them. The last
- *  image here and the first there also share landmarks: more than the thing has. */
+/** Images of two places with landmarks of their own, and a thing that stands in both of them. The
+ *  last image here and the first there also share landmarks: more than the thing has. */
 struct TwoPlaces {
   const Landmarks landmarks{300}, thing{45, 7};
   const Pose there_from_here = randomMotion(3, 0.1, 0.4); ///< of the thing
@@ -68,13 +68,11 @@ struct TwoPlaces {
   {
     SparseModel result(graph.size());
     for (std::size_t i = 0; i < graph.size(); ++i)
-      result.registerImage(graph,
-                           i,
+      result.registerImage(graph, i,
                            is_false && i >= NUM_HERE
                                ? there_from_here.inverse() * views[i].world_from_camera
                                : views[i].world_from_camera,
-                           0,
-                           {});
+                           0, {});
     return result;
   }
 
@@ -96,9 +94,8 @@ numShared(const SparseModel& model)
 {
   std::size_t count = 0;
   for (const ScenePoint& point : model.points()) {
-    const auto there = std::count_if(point.track.begin(), point.track.end(), [](const Observation& o) {
-      return o.image >= NUM_HERE;
-    });
+    const auto there = std::count_if(point.track.begin(), point.track.end(),
+                                     [](const Observation& o) { return o.image >= NUM_HERE; });
     if (there > 0 && static_cast<std::size_t>(there) < point.track.size())
       ++count;
   }

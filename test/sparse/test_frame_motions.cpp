@@ -17,8 +17,7 @@ struct Recording {
   SparseModel model;
 
   template <typename Path>
-  Recording(const std::vector<double>& times, const Path& camera_from_world)
-      : model(times.size())
+  Recording(const std::vector<double>& times, const Path& camera_from_world) : model(times.size())
   {
     std::vector<ImageNode> nodes;
     for (const double time : times)
@@ -51,9 +50,8 @@ TEST(EstimateMotions, RecoversConstantVelocity)
   Vector6d motion;
   motion << 0, 0, 0, 0.3, -0.2, 0.5;
   for (const double rate : {5.0, 10.0, 30.0}) {
-    const Recording recording(timesAt(rate, 9), [&](double time) {
-      return increment((time - START) * motion);
-    });
+    const Recording recording(timesAt(rate, 9),
+                              [&](double time) { return increment((time - START) * motion); });
     for (std::size_t i = 0; i < 9; ++i)
       EXPECT_LT((recording.model.motion(i) - motion).norm(), TOLERANCE) << i;
   }
@@ -64,9 +62,8 @@ TEST(EstimateMotions, RecoversConstantRotation)
   Vector6d motion;
   motion << 0.5, -0.3, 0.8, 0, 0, 0;
   for (const double rate : {5.0, 10.0, 30.0}) {
-    const Recording recording(timesAt(rate, 9), [&](double time) {
-      return increment((time - START) * motion);
-    });
+    const Recording recording(timesAt(rate, 9),
+                              [&](double time) { return increment((time - START) * motion); });
     for (std::size_t i = 0; i < 9; ++i)
       EXPECT_LT((recording.model.motion(i) - motion).norm(), TOLERANCE) << i;
   }
@@ -80,9 +77,8 @@ TEST(EstimateMotions, TakesPointsInTheCameraFrameAlong)
   motion << 0.5, -0.3, 0.8, 0.3, -0.2, 0.5;
   const Pose start = randomMotion(1, 1, 2);
   const std::vector<double> times = timesAt(30, 9);
-  const Recording recording(times, [&](double time) {
-    return increment((time - times[4]) * motion) * start;
-  });
+  const Recording recording(
+      times, [&](double time) { return increment((time - times[4]) * motion) * start; });
   EXPECT_LT((recording.model.motion(4) - motion).norm(), TOLERANCE);
 }
 
@@ -142,9 +138,8 @@ TEST(EstimateMotions, ImagesWithoutNeighboursInTimeDoNotMove)
 TEST(EstimateMotions, EqualStampsTellNothing)
 {
   int calls = 0;
-  const Recording recording(std::vector<double>(4, 1.5), [&calls](double) {
-    return randomMotion(unsigned(calls++), 0.1, 0.1);
-  });
+  const Recording recording(std::vector<double>(4, 1.5),
+                            [&calls](double) { return randomMotion(unsigned(calls++), 0.1, 0.1); });
   for (std::size_t i = 0; i < 4; ++i)
     EXPECT_EQ(recording.model.motion(i), Vector6d(Vector6d::Zero()));
 }

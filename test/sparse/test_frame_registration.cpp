@@ -68,8 +68,7 @@ TEST(PoseCovariance, IsThatOfTheDenseTermsOfEitherImage)
       jacobian.col(k) = (pair.errorAfter(image, STEP * Vector6d::Unit(k)) -
                          pair.errorAfter(image, -STEP * Vector6d::Unit(k))) /
                         (2 * STEP);
-    const Matrix6d expected =
-        (jacobian.transpose() * pair.term.information * jacobian).inverse();
+    const Matrix6d expected = (jacobian.transpose() * pair.term.information * jacobian).inverse();
     const Matrix6d covariance = pair.covarianceOf(image, {pair.term});
     EXPECT_LT((covariance - expected).norm(), 1e-4 * expected.norm()) << image;
     const Matrix6d of_two = pair.covarianceOf(image, {pair.term, pair.term});

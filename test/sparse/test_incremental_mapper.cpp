@@ -28,8 +28,7 @@ struct Scan {
   add(const Features& features, const cv::Mat& depth, const Pose& world_from_camera)
   {
     nodes.push_back({features, 0.4 * static_cast<double>(nodes.size())});
-    views.push_back(
-        std::make_shared<const DepthView>(makeDepthView(depth, camera, 2, {})));
+    views.push_back(std::make_shared<const DepthView>(makeDepthView(depth, camera, 2, {})));
     truth.push_back(world_from_camera);
   }
 
@@ -148,12 +147,11 @@ TEST(IncrementalMapper, DoesNotDependOnThreads)
   for (const int threads : {1, 2}) {
     MapperOptions options;
     options.num_threads = threads;
-    EXPECT_TRUE(IncrementalMapper(roomGraph(), roomScan().provider(), options)
-                    .run(models[threads - 1]));
+    EXPECT_TRUE(
+        IncrementalMapper(roomGraph(), roomScan().provider(), options).run(models[threads - 1]));
   }
   for (std::size_t i = 0; i < roomScan().nodes.size(); ++i)
-    EXPECT_EQ(models[0].worldFromCamera(i).matrix(),
-              models[1].worldFromCamera(i).matrix());
+    EXPECT_EQ(models[0].worldFromCamera(i).matrix(), models[1].worldFromCamera(i).matrix());
   ASSERT_EQ(models[0].points().size(), models[1].points().size());
   for (std::size_t p = 0; p < models[0].points().size(); ++p)
     ASSERT_EQ(models[0].points()[p].position, models[1].points()[p].position);
@@ -236,8 +234,7 @@ TEST(IncrementalMapper, GeometryRefusesAnImageOfASinglePlane)
     const Pose pose = randomMotion(i, 0.03, 0.05 * i);
     const Eigen::Vector3d normal = pose.linear().transpose() * Eigen::Vector3d::UnitZ();
     const Features features = i == 3 ? noFeatures() : landmarks.look(pose).features;
-    scan.add(features, planeDepth(scan.camera, normal, 2.25 - pose.translation().z()),
-             pose);
+    scan.add(features, planeDepth(scan.camera, normal, 2.25 - pose.translation().z()), pose);
   }
   const ImageGraph graph = scan.graph();
   IncrementalMapper mapper(graph, scan.provider());
@@ -280,8 +277,7 @@ TEST(IncrementalMapper, NothingInCommonRegistersNothing)
   scan.camera = a.camera();
   for (const Landmarks* landmarks : {&a, &b}) {
     const LandmarkView view = landmarks->look(Pose::Identity());
-    scan.add(view.features, planeDepth(scan.camera, Eigen::Vector3d::UnitZ(), 2),
-             Pose::Identity());
+    scan.add(view.features, planeDepth(scan.camera, Eigen::Vector3d::UnitZ(), 2), Pose::Identity());
   }
   const ImageGraph graph = scan.graph();
   IncrementalMapper mapper(graph, scan.provider());
@@ -300,8 +296,7 @@ TEST(IncrementalMapper, RefusesInvalidOptions)
   };
   MapperOptions options;
   options.min_visual_inliers = 2;
-  EXPECT_CONTAINS(message(options),
-                  "IncrementalMapper: min_visual_inliers must be >= 3");
+  EXPECT_CONTAINS(message(options), "IncrementalMapper: min_visual_inliers must be >= 3");
   options = {};
   options.batch_size = 0;
   EXPECT_CONTAINS(message(options), "max_views and batch_size must be >= 1");

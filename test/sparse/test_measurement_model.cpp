@@ -37,8 +37,7 @@ struct Single {
   }
 
   double
-  depth(const Eigen::Vector3d& point,
-        const DepthError& error = DepthError::Zero()) const
+  depth(const Eigen::Vector3d& point, const DepthError& error = DepthError::Zero()) const
   {
     return model().depth(point, camera.project(point), error, DepthNoise());
   }
@@ -73,10 +72,8 @@ TEST(MeasurementModel, DistortsRadially)
 {
   const double r2 = 0.25 + 0.0625;
   const double once = 1 + 0.1 * r2, twice = 1 + 0.1 * r2 * r2;
-  expectPixel(Single(P::RADIAL_1, 0.1).pixel(POINT), 79.5 + 50 * once,
-              59.5 + 25 * once);
-  expectPixel(Single(P::RADIAL_2, 0.1).pixel(POINT), 79.5 + 50 * twice,
-              59.5 + 25 * twice);
+  expectPixel(Single(P::RADIAL_1, 0.1).pixel(POINT), 79.5 + 50 * once, 59.5 + 25 * once);
+  expectPixel(Single(P::RADIAL_2, 0.1).pixel(POINT), 79.5 + 50 * twice, 59.5 + 25 * twice);
 }
 
 TEST(MeasurementModel, ReadoutShiftsByMotionTimesTime)
@@ -137,8 +134,7 @@ TEST(MeasurementModel, LateDepthIsThatOfAPointThatMovedOn)
 TEST(MeasurementModel, UnprojectInvertsPixel)
 {
   Single camera;
-  camera.values << 0.02, -0.03, 4, -3, 0.05, -0.02, 0.01, 0.02, -0.03, 1, -2, 0.03,
-      0.02;
+  camera.values << 0.02, -0.03, 4, -3, 0.05, -0.02, 0.01, 0.02, -0.03, 1, -2, 0.03, 0.02;
   camera.motion << 0.3, -0.4, 0.2, 0.2, -0.1, 0.3;
   const MeasurementModel model = camera.model();
   for (const Eigen::Vector2d& pixel :
@@ -146,8 +142,7 @@ TEST(MeasurementModel, UnprojectInvertsPixel)
     const Eigen::Vector3d point = model.unproject(pixel, 1.7);
     // Both are of second order in time, 0.008 rad to the third power, and undo four
     // rounds of the distortion: a hundredth of any feature's accuracy is enough.
-    EXPECT_LT((model.pixel(point, pixel.y()) - pixel).norm(), 5e-3)
-        << pixel.transpose();
+    EXPECT_LT((model.pixel(point, pixel.y()) - pixel).norm(), 5e-3) << pixel.transpose();
     const Vector6d until_row = 0.03 * ((pixel.y() + 0.5) / 120 - 0.5) * camera.motion;
     EXPECT_NEAR((increment(until_row) * point).z(), 1.7, 1e-5);
   }

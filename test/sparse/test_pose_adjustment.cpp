@@ -28,8 +28,8 @@ struct Scene {
   adjust(const std::vector<PointObservation>& observations, const DensePose& dense,
          const Pose& guess, const BundleAdjustmentOptions& options = {}) const
   {
-    return adjustPose(toGraph(landmarks, {view}), SparseModel(1), 0, observations, dense,
-                      options, false, {guess})
+    return adjustPose(toGraph(landmarks, {view}), SparseModel(1), 0, observations, dense, options,
+                      false, {guess})
         .world_from_camera;
   }
 };
@@ -59,8 +59,7 @@ TEST(AdjustPose, PixelsAloneSuffice)
   BundleAdjustmentOptions options;
   options.use_depth = false;
   const Pose guess = truth * randomMotion(1, 0.02, 0.02);
-  EXPECT_LT(distance(scene.adjust(scene.observations(), {}, guess, options), truth),
-            1e-5);
+  EXPECT_LT(distance(scene.adjust(scene.observations(), {}, guess, options), truth), 1e-5);
 }
 
 TEST(AdjustPose, OutliersHardlyMoveIt)
@@ -102,8 +101,8 @@ TEST(AdjustPose, WithoutAnyEvidenceThePoseIsKnownToBeUnknown)
 {
   const Scene scene;
   const Pose guess = randomMotion(2, 0.5, 0.5);
-  const ImagePose pose = adjustPose(toGraph(scene.landmarks, {scene.view}), SparseModel(1), 0,
-                                    {}, {}, {}, false, {guess});
+  const ImagePose pose = adjustPose(toGraph(scene.landmarks, {scene.view}), SparseModel(1), 0, {},
+                                    {}, {}, false, {guess});
   ASSERT_TRUE(pose.covariance.allFinite());
   EXPECT_GE(largestDeviation(pose.covariance.topLeftCorner<3, 3>()), 0.99);
   EXPECT_GE(largestDeviation(pose.covariance.bottomRightCorner<3, 3>()), 0.99);
@@ -125,8 +124,8 @@ TEST(AdjustPose, FindsTheErrorThatAllDepthShares)
   const DepthError error(2, -1, 1.5);
   Features& features = scene.view.features;
   for (std::size_t j = 0; j < features.size(); ++j) {
-    const Eigen::Vector3d ray = scene.landmarks.camera().unproject(
-        features.pixels[j].x(), features.pixels[j].y(), 1);
+    const Eigen::Vector3d ray =
+        scene.landmarks.camera().unproject(features.pixels[j].x(), features.pixels[j].y(), 1);
     const double shared = error.dot(Eigen::Vector3d(1, ray.x(), ray.y()));
     features.depths[j] += float(DepthNoise().sigma(features.depths[j]) * shared);
   }
@@ -134,8 +133,8 @@ TEST(AdjustPose, FindsTheErrorThatAllDepthShares)
   BundleAdjustmentOptions options;
   options.depth_error_deviation = 1e3; // no prior that pulls
   const auto adjust = [&](bool depth_error) {
-    return adjustPose(graph, SparseModel(1), 0, scene.observations(), {}, options,
-                      depth_error, {truth * randomMotion(1, 0.01, 0.01)});
+    return adjustPose(graph, SparseModel(1), 0, scene.observations(), {}, options, depth_error,
+                      {truth * randomMotion(1, 0.01, 0.01)});
   };
   const ImagePose with = adjust(true), without = adjust(false);
   EXPECT_LT((with.depth_error - error).norm(), 1e-3);
@@ -150,9 +149,8 @@ TEST(AdjustPose, KeepsADepthErrorThatIsHeld)
 {
   const Scene scene;
   const ImagePose start{scene.view.world_from_camera, DepthError(1, 2, 3)};
-  const ImagePose result =
-      adjustPose(toGraph(scene.landmarks, {scene.view}), SparseModel(1), 0,
-                 scene.observations(), {}, {}, false, start);
+  const ImagePose result = adjustPose(toGraph(scene.landmarks, {scene.view}), SparseModel(1), 0,
+                                      scene.observations(), {}, {}, false, start);
   EXPECT_EQ(result.depth_error, start.depth_error);
 }
 

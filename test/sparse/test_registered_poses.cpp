@@ -52,8 +52,8 @@ struct Evidence {
   PoseStatistics visual, dense, both;
 };
 
-/** Frames of a scan with all of a camera's faults, every other one registered at its true pose and the
- *  rest against these. */
+/** Frames of a scan with all of a camera's faults, every other one registered at its true pose and
+ *  the rest against these. */
 void
 registerScan(double texture, double start_time, std::uint64_t seed, Evidence& evidence)
 {
@@ -107,13 +107,13 @@ registerScan(double texture, double start_time, std::uint64_t seed, Evidence& ev
   }
 }
 
-/** Covariances that are true have a consistency of 1; of these bounds the factor is that by which errors may be
- *  1.4 times smaller or larger. */
+/** Covariances that are true have a consistency of 1; of these bounds the factor is that by which
+ *  errors may be 1.4 times smaller or larger. */
 void
 expectTrueCovariances(const PoseStatistics& statistics, const char* name)
 {
-  std::cout << name << ": " << statistics.count << " poses, consistency " << statistics.consistency()
-            << ", position " << 1000 * statistics.rms() << " mm\n";
+  std::cout << name << ": " << statistics.count << " poses, consistency "
+            << statistics.consistency() << ", position " << 1000 * statistics.rms() << " mm\n";
   EXPECT_GT(statistics.consistency(), 0.5) << name;
   EXPECT_LT(statistics.consistency(), 2.0) << name;
 }

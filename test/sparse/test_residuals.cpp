@@ -115,8 +115,7 @@ struct Measured {
 TEST(PoseBlock, KeepsAPose)
 {
   for (unsigned seed = 0; seed < 5; ++seed)
-    EXPECT_LT((PoseBlock(aPose(seed)).worldFromCamera().matrix() - aPose(seed).matrix())
-                  .norm(),
+    EXPECT_LT((PoseBlock(aPose(seed)).worldFromCamera().matrix() - aPose(seed).matrix()).norm(),
               1e-14);
 }
 
@@ -132,17 +131,16 @@ TEST(PoseManifold, MinusInvertsPlus)
   EXPECT_LT((difference - delta).norm(), 1e-12);
   // Rotation on the left of camera_from_world, translation added.
   const Pose before = aPose(1).inverse(), after = y.worldFromCamera().inverse();
-  EXPECT_LT((after.linear() - increment(delta).linear() * before.linear()).norm(),
-            1e-12);
-  EXPECT_LT((after.translation() - before.translation() - delta.tail<3>()).norm(),
-            1e-12);
+  EXPECT_LT((after.linear() - increment(delta).linear() * before.linear()).norm(), 1e-12);
+  EXPECT_LT((after.translation() - before.translation() - delta.tail<3>()).norm(), 1e-12);
 }
 
 TEST(PoseManifold, IsOneAsCeresKnowsThem)
 {
   using namespace ceres;
   for (unsigned seed = 0; seed < 5; ++seed) {
-    const Eigen::VectorXd x = toBlock(PoseBlock(aPose(seed))), y = toBlock(PoseBlock(aPose(seed + 7)));
+    const Eigen::VectorXd x = toBlock(PoseBlock(aPose(seed))),
+                          y = toBlock(PoseBlock(aPose(seed + 7)));
     const Eigen::VectorXd delta = 0.7 * Vector6d::Ones() - 0.2 * logarithm(aPose(seed + 1));
     EXPECT_THAT_MANIFOLD_INVARIANTS_HOLD(PoseManifold(), x, delta, y, 1e-9);
   }
@@ -151,13 +149,10 @@ TEST(PoseManifold, IsOneAsCeresKnowsThem)
 TEST(PixelResidual, IsTheReprojectionErrorInSigmas)
 {
   const Eigen::Vector3d in_camera(0.2, -0.1, 2), point = aPose(2) * in_camera;
-  const Measured measured(smallCamera().project(in_camera) - Eigen::Vector2d(3, -1),
-                          0.5);
+  const Measured measured(smallCamera().project(in_camera) - Eigen::Vector2d(3, -1), 0.5);
   const Blocks blocks{toBlock(PoseBlock(aPose(2))), point, CalibrationVector::Zero()};
   // Pixels are stored as floats.
-  EXPECT_LT(
-      (evaluate(measured.pixelResidual(), blocks) - Eigen::Vector2d(6, -2)).norm(),
-      1e-4);
+  EXPECT_LT((evaluate(measured.pixelResidual(), blocks) - Eigen::Vector2d(6, -2)).norm(), 1e-4);
 }
 
 TEST(PixelResidual, JacobiansAreTheNumericOnes)
@@ -247,8 +242,7 @@ someInformation()
 TEST(RelativePoseResidual, SquaredNormIsTheQuadraticForm)
 {
   const Pose measured = aPose(4);
-  const Vector6d delta =
-      (Vector6d() << 0.02, -0.01, 0.03, 0.05, -0.02, 0.01).finished();
+  const Vector6d delta = (Vector6d() << 0.02, -0.01, 0.03, 0.05, -0.02, 0.01).finished();
   const PoseBlock second(aPose(5));
   const PoseBlock first(aPose(5) * (increment(delta) * measured).inverse());
   const RelativePoseResidual residual(measured, someInformation());
@@ -261,9 +255,9 @@ TEST(RelativePoseResidual, JacobiansAreTheNumericOnes)
   for (const double error : {0.0, 1e-4, 0.01, 0.5}) {
     const Pose measured = aPose(4);
     const PoseBlock second(aPose(5));
-    const PoseBlock first(aPose(5) *
-                          (randomMotion(6, error, error) * measured).inverse());
-    expectJacobians(RelativePoseResidual(measured, someInformation()), {toBlock(first), toBlock(second)});
+    const PoseBlock first(aPose(5) * (randomMotion(6, error, error) * measured).inverse());
+    expectJacobians(RelativePoseResidual(measured, someInformation()),
+                    {toBlock(first), toBlock(second)});
   }
 }
 
@@ -280,8 +274,7 @@ TEST(RelativePoseResidual, IsZeroAlongFreeDirections)
   const RelativePoseResidual residual(measured, information);
   const PoseBlock second(aPose(5));
   for (const Vector6d& direction : {a, b}) {
-    const PoseBlock first(aPose(5) *
-                          (increment(1e-3 * direction) * measured).inverse());
+    const PoseBlock first(aPose(5) * (increment(1e-3 * direction) * measured).inverse());
     const auto error = evaluate(residual, {toBlock(first), toBlock(second)});
     EXPECT_TRUE(error.allFinite());
     EXPECT_LT(error.norm(), 1e-8);
@@ -300,8 +293,8 @@ TEST(ObservationResiduals, RowsGiveTheGradientOfTheCost)
     measured.moving();
     const ObservationResiduals residuals(measured.image, measured.features, 0, &measured.noise);
     EXPECT_EQ(residuals.depth != nullptr, has_depth);
-    const Blocks blocks{
-        toBlock(PoseBlock(pose)), point, someCalibration(), DepthError(1.5, -0.8, 2.1)};
+    const Blocks blocks{toBlock(PoseBlock(pose)), point, someCalibration(),
+                        DepthError(1.5, -0.8, 2.1)};
     const ObservationRows rows = residuals.linearise(pointersTo(blocks).data(), 2, true);
     const auto cost = [&](std::size_t b, Eigen::Index k, double step) {
       Blocks moved = blocks;

@@ -48,9 +48,8 @@ struct Scan {
 
   /** \param time_step between the stamps that the library gets; 0 = the true one */
   explicit Scan(const FaultyCamera& camera, unsigned count = 30, double time_step = 0)
-      : views(recordWrongly(landmarks(), camera, count)),
-        graph(toGraph(views, time_step > 0 ? time_step : 1 / camera.rate)),
-        model(count), images(count)
+  : views(recordWrongly(landmarks(), camera, count)),
+    graph(toGraph(views, time_step > 0 ? time_step : 1 / camera.rate)), model(count), images(count)
   {
     std::iota(images.begin(), images.end(), std::size_t(0));
     for (const std::size_t i : images)
@@ -88,8 +87,8 @@ report(const SelfCalibrationResult& result)
   std::string text;
   for (const CalibrationTest& test : result.tests)
     text += test.name + (test.applied ? ": applied, " : ": refused, ") + "gain " +
-            std::to_string(test.gain) + ", significance " +
-            std::to_string(test.significance) + "\n";
+            std::to_string(test.gain) + ", significance " + std::to_string(test.significance) +
+            "\n";
   return text;
 }
 
@@ -190,10 +189,8 @@ TEST(SelfCalibrate, FindsTheTimeOffsetOfDepth)
 
 TEST(SelfCalibrate, FindsSeveralAtOnce)
 {
-  expectFound({{P::FOCAL_X, -0.015},
-               {P::FOCAL_Y, -0.015},
-               {P::READOUT, 0.025},
-               {P::TIME_OFFSET, -0.015}});
+  expectFound(
+      {{P::FOCAL_X, -0.015}, {P::FOCAL_Y, -0.015}, {P::READOUT, 0.025}, {P::TIME_OFFSET, -0.015}});
 }
 
 TEST(SelfCalibrate, FindsTheDepthErrorOfEachImage)
@@ -211,8 +208,7 @@ TEST(SelfCalibrate, FindsTheDepthErrorOfEachImage)
     mean += (scan.model.depthError(i) - scan.views[i].depth_error) / 30.0;
   double squares = 0;
   for (const std::size_t i : scan.images)
-    squares +=
-        (scan.model.depthError(i) - scan.views[i].depth_error - mean).squaredNorm();
+    squares += (scan.model.depthError(i) - scan.views[i].depth_error - mean).squaredNorm();
   EXPECT_LT(std::sqrt(squares / 90), camera.depth_error_sigmas / 4);
 }
 
@@ -246,8 +242,7 @@ TEST(SelfCalibrate, CannotSeeADepthScale)
   for (const std::size_t i : scan.images) {
     const Eigen::Vector3d truth = scan.views[i].view.world_from_camera.translation() -
                                   scan.views[0].view.world_from_camera.translation();
-    product +=
-        truth.norm() * (scan.model.worldFromCamera(i).translation() - first).norm();
+    product += truth.norm() * (scan.model.worldFromCamera(i).translation() - first).norm();
     square += truth.squaredNorm();
   }
   EXPECT_NEAR(product / square, 1.03, 0.003); // a millimetre in 0.4 m
@@ -264,8 +259,7 @@ TEST(SelfCalibrate, DoesNotTestWithTooFewImages)
   for (const CalibrationTest& test : result.tests)
     EXPECT_EQ(test.significance, 0) << test.name;
   for (const std::size_t i : scan.images)
-    EXPECT_EQ(scan.model.worldFromCamera(i).matrix(),
-              before.worldFromCamera(i).matrix());
+    EXPECT_EQ(scan.model.worldFromCamera(i).matrix(), before.worldFromCamera(i).matrix());
 }
 
 TEST(SelfCalibrate, StampsThatTellNothingGiveNoTimes)
@@ -276,8 +270,7 @@ TEST(SelfCalibrate, StampsThatTellNothingGiveNoTimes)
   Scan scan(camera, 30, 5.0); // said to be five seconds apart
   const SelfCalibrationResult result = scan.calibrate();
   for (const P parameter : result.calibrated)
-    EXPECT_TRUE(parameter != P::READOUT && parameter != P::TIME_OFFSET)
-        << report(result);
+    EXPECT_TRUE(parameter != P::READOUT && parameter != P::TIME_OFFSET) << report(result);
   EXPECT_EQ(scan.model.calibration()[P::READOUT], 0);
   EXPECT_EQ(scan.model.calibration()[P::TIME_OFFSET], 0);
 }
@@ -316,8 +309,7 @@ TEST(SelfCalibrate, RefusesInvalidOptions)
   };
   SelfCalibrationOptions options;
   options.max_images = 1;
-  EXPECT_CONTAINS(message(options),
-                  "selfCalibrate: max_images and min_images must be >= 2");
+  EXPECT_CONTAINS(message(options), "selfCalibrate: max_images and min_images must be >= 2");
   options = {};
   options.min_images = 1;
   EXPECT_CONTAINS(message(options), "max_images and min_images must be >= 2");

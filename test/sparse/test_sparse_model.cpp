@@ -88,8 +88,7 @@ TEST(SparseModel, TracksJoinTheFeaturesOfOnePoint)
       landmarks.insert(scene.views[o.image].landmarks[o.feature]);
     ASSERT_EQ(landmarks.size(), 1u);
     EXPECT_EQ(point.track.size(), counts[*landmarks.begin()]);
-    EXPECT_LT((point.position - scene.landmarks.point(*landmarks.begin())).norm(),
-              1e-5);
+    EXPECT_LT((point.position - scene.landmarks.point(*landmarks.begin())).norm(), 1e-5);
   }
 }
 
@@ -127,8 +126,7 @@ TEST(SparseModel, TracksMergeWhenALoopCloses)
       if (i < 4)
         other.copyTo(row);
       else // unit length again
-        cv::Mat(1.105 * (0.5 * landmarks.descriptors().row(landmark) + 0.5 * other))
-            .copyTo(row);
+        cv::Mat(1.105 * (0.5 * landmarks.descriptors().row(landmark) + 0.5 * other)).copyTo(row);
     }
   const ImageGraph graph = toGraph(landmarks, views);
   ASSERT_EQ(graph.edges(4).size(), 4u);
@@ -150,9 +148,8 @@ TEST(SparseModel, ATrackIsNotStartedByWhatDisagrees)
 {
   Scene scene;
   scene.model.registerImage(scene.graph, 0, scene.views[0].world_from_camera, 0, {});
-  scene.model.registerImage(
-      scene.graph, 1, randomMotion(0, 0.1, 0.3) * scene.views[1].world_from_camera, 0,
-      {});
+  scene.model.registerImage(scene.graph, 1,
+                            randomMotion(0, 0.1, 0.3) * scene.views[1].world_from_camera, 0, {});
   EXPECT_LT(numPoints(scene.model), 5u);
 }
 
@@ -201,8 +198,7 @@ TEST(SparseModel, RemovesObservationsOfAMisplacedImage)
   Scene scene;
   scene.registerImages({0, 1, 2, 3});
   EXPECT_EQ(scene.model.removeOutliers(scene.graph, {}), 0u);
-  scene.model.setWorldFromCamera(2, randomMotion(5, 0, 0.3) *
-                                        scene.views[2].world_from_camera);
+  scene.model.setWorldFromCamera(2, randomMotion(5, 0, 0.3) * scene.views[2].world_from_camera);
   EXPECT_GT(scene.model.removeOutliers(scene.graph, {}), 20u);
   expectSoundTracks(scene.graph, scene.model);
   for (const ScenePoint& point : scene.model.points())
@@ -219,8 +215,7 @@ TEST(SparseModel, RemovesAMisplacedPoint)
   scene.registerImages({0, 1, 2, 3});
   const std::size_t before = numPoints(scene.model);
   const std::size_t track = scene.model.points()[7].track.size();
-  scene.model.setPosition(7, scene.model.points()[7].position +
-                                 Eigen::Vector3d(0.2, 0.2, 0));
+  scene.model.setPosition(7, scene.model.points()[7].position + Eigen::Vector3d(0.2, 0.2, 0));
   EXPECT_EQ(scene.model.removeOutliers(scene.graph, {}), track);
   EXPECT_TRUE(scene.model.points()[7].track.empty());
   EXPECT_EQ(numPoints(scene.model), before - 1);
@@ -235,16 +230,13 @@ TEST(SparseModel, TransformMovesAComponentAsOne)
   const Pose motion = randomMotion(8, 1, 5);
   scene.model.transform(0, motion);
   for (std::size_t i = 0; i < 4; ++i) {
-    const Pose expected =
-        i < 2 ? motion * before.worldFromCamera(i) : before.worldFromCamera(i);
-    EXPECT_LT((scene.model.worldFromCamera(i).matrix() - expected.matrix()).norm(),
-              1e-12);
+    const Pose expected = i < 2 ? motion * before.worldFromCamera(i) : before.worldFromCamera(i);
+    EXPECT_LT((scene.model.worldFromCamera(i).matrix() - expected.matrix()).norm(), 1e-12);
   }
   for (std::size_t p = 0; p < before.points().size(); ++p) {
     const ScenePoint &was = before.points()[p], &is = scene.model.points()[p];
     const bool moved = before.component(was.track.front().image) == 0;
-    EXPECT_LT((is.position - (moved ? motion * was.position : was.position)).norm(),
-              1e-12);
+    EXPECT_LT((is.position - (moved ? motion * was.position : was.position)).norm(), 1e-12);
     for (const Observation& o : is.track)
       EXPECT_TRUE(agrees(scene.graph, scene.model, o, is.position, {}));
   }
@@ -265,8 +257,8 @@ TEST(SparseModel, MeasuredPointsAreTheLandmarks)
     const Eigen::Vector3d in_camera = pose.inverse() * truth;
     EXPECT_FALSE(agrees(scene.graph, scene.model, o, pose * (-in_camera), {}));
     EXPECT_FALSE(agrees(scene.graph, scene.model, o, pose * (1.1 * in_camera), {}));
-    EXPECT_FALSE(agrees(scene.graph, scene.model, o,
-                        pose * (in_camera + Eigen::Vector3d(0.1, 0, 0)), {}));
+    EXPECT_FALSE(
+        agrees(scene.graph, scene.model, o, pose * (in_camera + Eigen::Vector3d(0.1, 0, 0)), {}));
   }
 }
 

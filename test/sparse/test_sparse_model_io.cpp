@@ -43,10 +43,10 @@ TEST(SparseModelIO, CloudHasPointsInColourAndRedCameras)
   }
   EXPECT_EQ(all->back().r, 255);
   EXPECT_EQ(all->back().g, 0);
-  EXPECT_LT((all->back().getVector3fMap() -
-             scene.views[1].world_from_camera.translation().cast<float>())
-                .norm(),
-            1e-6f);
+  EXPECT_LT(
+      (all->back().getVector3fMap() - scene.views[1].world_from_camera.translation().cast<float>())
+          .norm(),
+      1e-6f);
   EXPECT_TRUE(toPointCloud(scene.graph, scene.model, 1)->empty());
 }
 
@@ -70,7 +70,6 @@ TEST(SparseModelIO, NamesTheFileThatCannotBeWritten)
   const Scene scene;
   const TemporaryFolder folder;
   const std::string path = folder.path("absent/sparse.ply");
-  EXPECT_CONTAINS(messageOf<pcl::IOException>(
-                      [&] { writeSparseModel(path, scene.graph, scene.model); }),
-                  path);
+  EXPECT_CONTAINS(
+      messageOf<pcl::IOException>([&] { writeSparseModel(path, scene.graph, scene.model); }), path);
 }

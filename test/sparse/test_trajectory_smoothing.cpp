@@ -17,15 +17,13 @@ Pose
 truePose(double time)
 {
   Vector6d motion;
-  motion << 0.3 * std::sin(2.9 * time), 0.2 * std::cos(3.3 * time),
-      0.1 * std::sin(2.1 * time), 0.2 * std::cos(2.6 * time),
-      0.1 * std::sin(3.1 * time), 0.2 * std::sin(1.7 * time);
+  motion << 0.3 * std::sin(2.9 * time), 0.2 * std::cos(3.3 * time), 0.1 * std::sin(2.1 * time),
+      0.2 * std::cos(2.6 * time), 0.1 * std::sin(3.1 * time), 0.2 * std::sin(1.7 * time);
   return increment(motion);
 }
 
 std::vector<PoseMeasurement>
-measure(std::size_t count, double step, double noise,
-        std::vector<Pose>* truth = nullptr)
+measure(std::size_t count, double step, double noise, std::vector<Pose>* truth = nullptr)
 {
   std::mt19937 engine(7);
   std::normal_distribution<double> normal;
@@ -42,8 +40,7 @@ measure(std::size_t count, double step, double noise,
     for (int i = 0; i < 3; ++i)
       m.world_from_camera.translation()[i] += noise * SIGMA_POSITION * normal(engine);
     m.covariance = Matrix6d::Zero();
-    m.covariance.diagonal() << Eigen::Vector3d::Constant(SIGMA_ROTATION *
-                                                         SIGMA_ROTATION),
+    m.covariance.diagonal() << Eigen::Vector3d::Constant(SIGMA_ROTATION * SIGMA_ROTATION),
         Eigen::Vector3d::Constant(SIGMA_POSITION * SIGMA_POSITION);
     measurements.push_back(m);
     if (truth)
@@ -76,8 +73,7 @@ errors(const std::vector<Pose>& a, const std::vector<Pose>& b)
     position += (a[k].translation() - b[k].translation()).squaredNorm();
     rotation += std::pow(rotationAngle(a[k].inverse() * b[k]), 2);
   }
-  return {std::sqrt(position / double(a.size())),
-          std::sqrt(rotation / double(a.size()))};
+  return {std::sqrt(position / double(a.size())), std::sqrt(rotation / double(a.size()))};
 }
 
 TEST(SmoothTrajectory, RemovesNoiseAtTheRateOfAVideo)

@@ -89,8 +89,8 @@ fillLists(SurfaceMesh& mesh, const std::function<Eigen::Vector3f(const Eigen::Ve
 inline void
 addGrid(SurfaceMesh& mesh, int columns, int rows, const std::function<bool(int, int)>& has)
 {
-  const auto base = static_cast<std::uint32_t>(mesh.vertices.size()) -
-                    std::uint32_t((columns + 1) * (rows + 1));
+  const auto base =
+      static_cast<std::uint32_t>(mesh.vertices.size()) - std::uint32_t((columns + 1) * (rows + 1));
   for (int y = 0; y < rows; ++y)
     for (int x = 0; x < columns; ++x) {
       const std::uint32_t a = base + y * (columns + 1) + x, b = a + 1, c = a + columns + 1,
@@ -104,7 +104,8 @@ addGrid(SurfaceMesh& mesh, int columns, int rows, const std::function<bool(int, 
 
 /** A square of edge 1 m in the plane z = 0, facing +z. */
 inline SurfaceMesh
-squareMesh(int cells, const std::function<bool(int, int)>& has = [](int, int) { return true; })
+squareMesh(
+    int cells, const std::function<bool(int, int)>& has = [](int, int) { return true; })
 {
   SurfaceMesh mesh;
   for (int y = 0; y <= cells; ++y)
@@ -151,14 +152,13 @@ sphereMesh(double radius, int cells)
 inline void
 cut(SurfaceMesh& mesh, const std::function<bool(const Eigen::Vector3f&)>& is_cut)
 {
-  mesh.triangles.erase(std::remove_if(mesh.triangles.begin(),
-                                      mesh.triangles.end(),
-                                      [&](const auto& t) {
-                                        return is_cut((mesh.vertices[t[0]] + mesh.vertices[t[1]] +
-                                                       mesh.vertices[t[2]]) /
-                                                      3);
-                                      }),
-                       mesh.triangles.end());
+  mesh.triangles.erase(
+      std::remove_if(mesh.triangles.begin(), mesh.triangles.end(),
+                     [&](const auto& t) {
+                       return is_cut(
+                           (mesh.vertices[t[0]] + mesh.vertices[t[1]] + mesh.vertices[t[2]]) / 3);
+                     }),
+      mesh.triangles.end());
 }
 
 /** Every list, bit by bit. */

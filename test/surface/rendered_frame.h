@@ -16,8 +16,8 @@
 namespace bundle_icp::test {
 
 /** Smallest t > 0 at which origin + t direction meets the scene; NaN = never. */
-using Intersection = std::function<double(const Eigen::Vector3d& origin,
-                                          const Eigen::Vector3d& direction)>;
+using Intersection =
+    std::function<double(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction)>;
 /** Colour, BGR, of a point of the surface. */
 using Paint = std::function<cv::Vec3b(const Eigen::Vector3d& point)>;
 
@@ -58,8 +58,7 @@ render(
   const Eigen::Vector3d origin = world_from_camera.translation();
   for (int v = 0; v < camera.height; ++v)
     for (int u = 0; u < camera.width; ++u) {
-      const Eigen::Vector3d ray =
-          world_from_camera.linear() * camera.unproject(u, v, 1);
+      const Eigen::Vector3d ray = world_from_camera.linear() * camera.unproject(u, v, 1);
       const double z = scene(origin, ray);
       frame.depth.at<float>(v, u) = static_cast<float>(z);
       frame.color.at<cv::Vec3b>(v, u) =
@@ -112,8 +111,7 @@ posesAllAround(double distance)
     for (const double sign : {-1.0, 1.0})
       poses.push_back(lookAt(sign * distance * Eigen::Vector3d::Unit(axis), {0, 0, 0}));
   for (int corner = 0; corner < 8; ++corner) {
-    const Eigen::Vector3d eye(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1,
-                              corner & 4 ? 1 : -1);
+    const Eigen::Vector3d eye(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
     poses.push_back(lookAt(distance * eye.normalized(), {0, 0, 0}));
   }
   return poses;

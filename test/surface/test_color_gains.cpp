@@ -22,7 +22,8 @@ trueGain(std::size_t frame)
 {
   // Exposure and white balance that come and go
   const double t = double(frame);
-  return {1 + 0.25 * std::sin(0.4 * t), 1 + 0.2 * std::sin(0.4 * t + 0.3), 1 + 0.15 * std::cos(0.25 * t)};
+  return {1 + 0.25 * std::sin(0.4 * t), 1 + 0.2 * std::sin(0.4 * t + 0.3),
+          1 + 0.15 * std::cos(0.25 * t)};
 }
 
 std::vector<ColorObservation>
@@ -41,8 +42,9 @@ observe(double noise, double outliers = 0)
       const bool is_outlier = uniform(random) < outliers;
       for (int channel = 0; channel < 3; ++channel)
         observation.color[channel] = cv::saturate_cast<std::uint8_t>(
-            is_outlier ? 255 * uniform(random)
-                       : colors[observation.point][channel] * trueGain(frame)[channel] + normal(random));
+            is_outlier
+                ? 255 * uniform(random)
+                : colors[observation.point][channel] * trueGain(frame)[channel] + normal(random));
       observations.push_back(observation);
     }
   return observations;
@@ -115,7 +117,8 @@ TEST(ColorGains, RefuseBadArguments)
   options = {};
   options.iterations = 0;
   EXPECT_CONTAINS(refusal(options), "iterations must lie in 1 ... 100");
-  EXPECT_CONTAINS(
-      messageOf<pcl::BadArgumentException>([] { estimateColorGains({{5, 0, {}}}, 5); }),
-      "observation of frame 5 of 5");
+  EXPECT_CONTAINS(messageOf<pcl::BadArgumentException>([] {
+                    estimateColorGains({{5, 0, {}}}, 5);
+                  }),
+                  "observation of frame 5 of 5");
 }

@@ -25,8 +25,8 @@ brightness(const std::vector<std::pair<int, ColorCorrection>>& frames)
 {
   TSDFVolume volume(coarseOptions());
   for (const auto& [value, correction] : frames)
-    volume.integrate(render(plane({0, 0, 1}, 1.0), Pose::Identity(), plain(value)),
-                     smallCamera(), Pose::Identity(), correction);
+    volume.integrate(render(plane({0, 0, 1}, 1.0), Pose::Identity(), plain(value)), smallCamera(),
+                     Pose::Identity(), correction);
   const SurfaceMesh mesh = extractSurface(volume);
   double sum = 0;
   for (const auto& color : mesh.colors)
@@ -74,8 +74,7 @@ TEST(ColorWeights, NextToDepthEdgesAnotherViewDecides)
   RGBDFrame shifted = render(scene, Pose::Identity(), paint);
   const cv::Mat color = shifted.color.clone();
   constexpr int shift = 2;
-  color.colRange(0, color.cols - shift)
-      .copyTo(shifted.color.colRange(shift, color.cols));
+  color.colRange(0, color.cols - shift).copyTo(shifted.color.colRange(shift, color.cols));
   Pose aside = Pose::Identity();
   aside.translation().x() = 0.3;
 

@@ -22,10 +22,10 @@ struct View {
   FusionView fusion;
 
   explicit View(int frame)
-      : samples(noisyFrame(frame), smallCamera(), coarseOptions(),
-                smallCamera().depth_noise.sigma(1), 1),
-        image_from_world(Eigen::Affine3d(camera()) * pose(frame).inverse()),
-        fusion(makeFusionView(samples, image_from_world.linear(), coarseOptions(), {}))
+  : samples(noisyFrame(frame), smallCamera(), coarseOptions(), smallCamera().depth_noise.sigma(1),
+            1),
+    image_from_world(Eigen::Affine3d(camera()) * pose(frame).inverse()),
+    fusion(makeFusionView(samples, image_from_world.linear(), coarseOptions(), {}))
   {
   }
 
@@ -34,8 +34,7 @@ struct View {
   pose(int frame)
   {
     Pose pose = Pose::Identity();
-    pose.rotate(
-        Eigen::AngleAxisd(0.3 * frame, Eigen::Vector3d(0.2, 1, 0).normalized()));
+    pose.rotate(Eigen::AngleAxisd(0.3 * frame, Eigen::Vector3d(0.2, 1, 0).normalized()));
     pose.translate(Eigen::Vector3d(0, 0, -1));
     return pose;
   }
@@ -74,17 +73,14 @@ TEST(Equation7, BlocksHoldTheMeanOfEachVoxel)
       fuseBlock(view.fusion, at.data(), 10, nullptr, 1, block);
       for (int i = 0; i < block_voxels; ++i) {
         Eigen::Vector3f voxel = at;
-        const int steps[3] = {i % block_edge, i / block_edge % block_edge,
-                              i / block_slab};
+        const int steps[3] = {i % block_edge, i / block_edge % block_edge, i / block_slab};
         for (int axis = 0; axis < 3; ++axis)
-          voxel += float(steps[axis]) *
-                   Eigen::Map<const Eigen::Vector3f>(view.fusion.step[axis]);
+          voxel += float(steps[axis]) * Eigen::Map<const Eigen::Vector3f>(view.fusion.step[axis]);
         fuseVoxel(view.fusion, voxel.data(), expected[i]);
       }
     }
     for (int i = 0; i < block_voxels; ++i) {
-      const float S = float(block.distance[i]) / distance_scale,
-                  W = decodeWeight(block.weight[i]);
+      const float S = float(block.distance[i]) / distance_scale, W = decodeWeight(block.weight[i]);
       fused += expected[i].W > 0;
       inside += expected[i].S < 0;
       // A digit of 16 bits of distance, and of 11 of weight, a frame.
@@ -95,8 +91,7 @@ TEST(Equation7, BlocksHoldTheMeanOfEachVoxel)
   forEachVariant([&] {
     fused = inside = equal = 0;
     for (int i = 0; i < 8 * HALF * HALF * HALF; ++i)
-      check(edge * Eigen::Vector3d(i % (2 * HALF) - HALF,
-                                   i / (2 * HALF) % (2 * HALF) - HALF,
+      check(edge * Eigen::Vector3d(i % (2 * HALF) - HALF, i / (2 * HALF) % (2 * HALF) - HALF,
                                    i / (4 * HALF * HALF) - HALF));
     EXPECT_GT(fused, 20000u);
     EXPECT_GT(inside, 2000u);

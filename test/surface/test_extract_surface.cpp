@@ -44,8 +44,7 @@ everything()
 std::array<Eigen::Vector3d, 3>
 corners(const SurfaceMesh& mesh, const std::array<std::uint32_t, 3>& triangle)
 {
-  return {mesh.vertices[triangle[0]].cast<double>(),
-          mesh.vertices[triangle[1]].cast<double>(),
+  return {mesh.vertices[triangle[0]].cast<double>(), mesh.vertices[triangle[1]].cast<double>(),
           mesh.vertices[triangle[2]].cast<double>()};
 }
 
@@ -157,8 +156,7 @@ TEST(ExtractSurface, NoiseTearsNoHolesIntoTheInside)
   int open = 0;
   for (const auto& [edge, count] : edges) {
     const auto back = edges.find({edge.second, edge.first});
-    const Eigen::Vector3f middle =
-        (mesh.vertices[edge.first] + mesh.vertices[edge.second]) / 2;
+    const Eigen::Vector3f middle = (mesh.vertices[edge.first] + mesh.vertices[edge.second]) / 2;
     if (std::abs(middle.x()) < 0.5f && std::abs(middle.y()) < 0.35f &&
         std::abs(middle.z() - 1) < 0.06f)
       open += back == edges.end() || back->second != count;
@@ -175,8 +173,7 @@ TEST(ExtractSurface, ColorsDoNotSmear)
   std::vector<Pose> poses;
   for (const double x : {-0.3, -0.1, 0.1, 0.3})
     poses.push_back(lookAt({x, 0.1, 0}, {0, 0, 1}));
-  const SurfaceMesh mesh =
-      extractSurface(fuse(plane({0, 0, 1}, 1.0), poses, two), everything());
+  const SurfaceMesh mesh = extractSurface(fuse(plane({0, 0, 1}, 1.0), poses, two), everything());
   ASSERT_GT(mesh.vertices.size(), 1000u);
   for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
     const double side = mesh.vertices[i].x() - 0.0025;
@@ -227,8 +224,8 @@ TEST(ExtractSurface, FillsAndDecimatesWhenAskedTo)
 namespace {
 
 // A camera of usual resolution looks at the wall slant x + z = offset from ever new places, with
-// noise of which half is shared by neighbouring pixels, fused with that radius of smoothing [px]. \return RMS of errors along the normal, each
-// over its standard deviation.
+// noise of which half is shared by neighbouring pixels, fused with that radius of smoothing [px].
+// \return RMS of errors along the normal, each over its standard deviation.
 double
 normalisedError(int smoothing, int frames, double slant, double offset)
 {
@@ -278,10 +275,10 @@ TEST(ExtractSurface, StandardDeviationsAreThoseOfTheErrors)
   for (const int smoothing : {0, 2, 6, 10})
     for (const auto& [frames, slant, offset] : cases) {
       const double normalised = normalisedError(smoothing, int(frames), slant, offset);
-      EXPECT_GT(normalised, 0.4) << smoothing << " px, " << frames << " frames, slant " << slant << ", "
-                                 << offset << " m";
-      EXPECT_LT(normalised, 1.5) << smoothing << " px, " << frames << " frames, slant " << slant << ", "
-                                 << offset << " m";
+      EXPECT_GT(normalised, 0.4) << smoothing << " px, " << frames << " frames, slant " << slant
+                                 << ", " << offset << " m";
+      EXPECT_LT(normalised, 1.5) << smoothing << " px, " << frames << " frames, slant " << slant
+                                 << ", " << offset << " m";
     }
 }
 
@@ -291,7 +288,8 @@ TEST(ExtractSurface, SlantedWallsHaveNoHoles)
   // that marching cubes need. 74 degrees from frontal in the middle of the image.
   const CameraIntrinsics camera = usualCamera();
   TSDFVolume volume;
-  volume.integrate(render(plane({3, 0, 1}, 1.2), Pose::Identity(), gray, camera), camera, Pose::Identity());
+  volume.integrate(render(plane({3, 0, 1}, 1.2), Pose::Identity(), gray, camera), camera,
+                   Pose::Identity());
   const SurfaceMesh mesh = extractSurface(volume);
   const auto is_inside = [&mesh](std::uint32_t vertex) {
     const Eigen::Vector3f& p = mesh.vertices[vertex];
@@ -377,8 +375,7 @@ TEST(ExtractSurface, RefusesBadOptions)
 {
   const TSDFVolume volume;
   const auto refusal = [&volume](const MeshOptions& options) {
-    return messageOf<pcl::BadArgumentException>(
-        [&] { extractSurface(volume, options); });
+    return messageOf<pcl::BadArgumentException>([&] { extractSurface(volume, options); });
   };
   MeshOptions options;
   options.min_weight = 0;

@@ -37,8 +37,8 @@ TEST(MeshCleaning, ASoundMeshStaysAsItIs)
   EXPECT_EQ(mesh.triangles, before.triangles);
   EXPECT_EQ(mesh.vertices, before.vertices);
   EXPECT_EQ(result.duplicate_vertices + result.degenerate_triangles +
-                result.non_manifold_triangles + result.flipped_triangles +
-                result.small_components + result.holes_filled,
+                result.non_manifold_triangles + result.flipped_triangles + result.small_components +
+                result.holes_filled,
             0u);
 }
 
@@ -211,6 +211,5 @@ TEST(MeshCleaning, RefusesWhatMakesNoSense)
   mesh.weights.pop_back();
   EXPECT_CONTAINS(refusal(mesh, {}), "9 vertices, but 8 weights");
   pcl::PolygonMesh nothing;
-  EXPECT_CONTAINS(messageOf<pcl::BadArgumentException>([&] { cleanMesh(nothing); }),
-                  "no x, y, z");
+  EXPECT_CONTAINS(messageOf<pcl::BadArgumentException>([&] { cleanMesh(nothing); }), "no x, y, z");
 }

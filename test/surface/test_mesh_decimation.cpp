@@ -38,9 +38,10 @@ radii(const SurfaceMesh& mesh)
   for (const auto& t : mesh.triangles)
     for (int i = 0; i <= 8; ++i)
       for (int j = 0; i + j <= 8; ++j) {
-        const Eigen::Vector3f point = (float(i) * mesh.vertices[t[0]] + float(j) * mesh.vertices[t[1]] +
-                                       float(8 - i - j) * mesh.vertices[t[2]]) /
-                                      8;
+        const Eigen::Vector3f point =
+            (float(i) * mesh.vertices[t[0]] + float(j) * mesh.vertices[t[1]] +
+             float(8 - i - j) * mesh.vertices[t[2]]) /
+            8;
         least = std::min(least, double(point.norm()));
         largest = std::max(largest, double(point.norm()));
       }

@@ -39,8 +39,8 @@ nearestOf(const std::vector<Intersection>& parts)
   };
 }
 
-const Intersection table =
-    aligned({Eigen::Vector3d(-0.6, -0.4, table_height - 0.03), Eigen::Vector3d(0.6, 0.4, table_height)});
+const Intersection table = aligned(
+    {Eigen::Vector3d(-0.6, -0.4, table_height - 0.03), Eigen::Vector3d(0.6, 0.4, table_height)});
 const Eigen::AlignedBox3d wanted(Eigen::Vector3d(-0.1, -0.06, table_height),
                                  Eigen::Vector3d(0.1, 0.06, table_height + 0.15));
 const Eigen::AlignedBox3d other(Eigen::Vector3d(0.35, 0.15, table_height),
@@ -89,8 +89,8 @@ expectAround(const OrientedBox& box, const Eigen::AlignedBox3d& object, const Po
   EXPECT_LT((found_size - wanted_size).cwiseAbs().maxCoeff(), 2 * tolerance)
       << found_size.transpose() << ", wanted " << wanted_size.transpose();
   for (int corner = 0; corner < 8; ++corner)
-    EXPECT_TRUE(box.contains(
-        box_world * object.corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner))));
+    EXPECT_TRUE(box.contains(box_world *
+                             object.corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner))));
   const Eigen::Vector3d up = box_world.linear() * Eigen::Vector3d::UnitZ();
   EXPECT_GT(box.world_from_box.linear().col(2).dot(up), 0.999);
 }
@@ -122,9 +122,8 @@ TEST(ObjectRegion, IsTheThingOnTheTableThatFramesLookAt)
 
 TEST(ObjectRegion, FollowsTheWorldFrameAndNotTheOrderOfFrames)
 {
-  const Pose turned =
-      Eigen::Translation3d(3, -2, 1) *
-      Pose(Eigen::AngleAxisd(2.1, Eigen::Vector3d(0.5, -0.7, 0.3).normalized()));
+  const Pose turned = Eigen::Translation3d(3, -2, 1) *
+                      Pose(Eigen::AngleAxisd(2.1, Eigen::Vector3d(0.5, -0.7, 0.3).normalized()));
   Scan scan = look(things, wanted.center(), turned);
   const ObjectRegion region = find(scan);
   ASSERT_TRUE(region.is_found) << region.reason;
@@ -159,14 +158,16 @@ TEST(ObjectRegion, SaysWhyThereIsNone)
   // Things that only the rims of the images show
   ObjectRegionOptions narrow;
   narrow.view_angle = 0.02;
-  EXPECT_CONTAINS(find(look(nearestOf({table, aligned(other)}), {-0.3, -0.2, table_height}), narrow).reason,
-                  "no object: no frame looks at any of the");
+  EXPECT_CONTAINS(
+      find(look(nearestOf({table, aligned(other)}), {-0.3, -0.2, table_height}), narrow).reason,
+      "no object: no frame looks at any of the");
 }
 
 TEST(ObjectRegion, IgnoresWhatLiesBesideThePlane)
 {
   // A pillar beside the table, taller than all on it
-  const Intersection pillar = aligned({Eigen::Vector3d(0.7, -0.1, 0), Eigen::Vector3d(0.9, 0.1, 1.3)});
+  const Intersection pillar =
+      aligned({Eigen::Vector3d(0.7, -0.1, 0), Eigen::Vector3d(0.9, 0.1, 1.3)});
   const ObjectRegion region = find(look(nearestOf({things, pillar}), {0.5, 0.05, table_height}));
   ASSERT_TRUE(region.is_found) << region.reason;
   EXPECT_FALSE(region.box.contains({0.8, 0, 1.2}));

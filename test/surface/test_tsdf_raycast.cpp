@@ -66,8 +66,7 @@ TEST(Raycast, SphereLiesWithinHalfAVoxelOfTheTruth)
       const Eigen::Vector3f position = point.getVector3fMap();
       EXPECT_NEAR(position.norm(), radius, voxel_size / 2);
       EXPECT_GT(position.normalized().dot(point.getNormalVector3fMap()), 0.95);
-      const Eigen::Vector2d pixel =
-          smallCamera().project(pose.inverse() * position.cast<double>());
+      const Eigen::Vector2d pixel = smallCamera().project(pose.inverse() * position.cast<double>());
       EXPECT_NEAR(pixel.x(), x, 0.01);
       EXPECT_NEAR(pixel.y(), y, 0.01);
       EXPECT_NEAR(point.r, 150, 3); // BGR 50, 100, 150
@@ -80,8 +79,7 @@ TEST(Raycast, SphereLiesWithinHalfAVoxelOfTheTruth)
 TEST(Raycast, RoomFromWithinHasNoHoles)
 {
   const TSDFVolume volume = fuse(room(), posesAllAround(0.1));
-  const Pose pose =
-      lookAt({-0.05, 0.02, -0.02}, {1, 0, 0}); // a little ahead of one fused
+  const Pose pose = lookAt({-0.05, 0.02, -0.02}, {1, 0, 0}); // a little ahead of one fused
   const auto view = raycast(volume, smallCamera(), pose);
   const RGBDFrame truth = render(room(), pose);
   std::size_t seen = 0;
@@ -125,8 +123,7 @@ TEST(Raycast, DoesNotDependOnThreads)
 TEST(Raycast, RefusesWhatIsNoView)
 {
   const auto refusal = [](const CameraIntrinsics& camera, const Pose& pose) {
-    return messageOf<pcl::BadArgumentException>(
-        [&] { raycast(TSDFVolume(), camera, pose); });
+    return messageOf<pcl::BadArgumentException>([&] { raycast(TSDFVolume(), camera, pose); });
   };
   CameraIntrinsics distorted = smallCamera(), impossible = smallCamera();
   distorted.k1 = 0.1;

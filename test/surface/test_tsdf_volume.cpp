@@ -59,8 +59,8 @@ std::string
 refusal(const RGBDFrame& frame, const CameraIntrinsics& camera, const Pose& pose)
 {
   TSDFVolume volume(coarseOptions());
-  const std::string message = messageOf<pcl::BadArgumentException>(
-      [&] { volume.integrate(frame, camera, pose); });
+  const std::string message =
+      messageOf<pcl::BadArgumentException>([&] { volume.integrate(frame, camera, pose); });
   EXPECT_EQ(volume.numBlocks(), 0u);
   return message;
 }
@@ -77,8 +77,8 @@ TEST(TSDFVolume, SphereIsZeroOnItsSurfaceAndPositiveOutside)
   int count = 0;
   for (double a = 0; a < 6.28; a += 0.2)
     for (double b = -1.5; b < 1.5; b += 0.2) {
-      const Eigen::Vector3d direction(std::cos(a) * std::cos(b),
-                                      std::sin(a) * std::cos(b), std::sin(b));
+      const Eigen::Vector3d direction(std::cos(a) * std::cos(b), std::sin(a) * std::cos(b),
+                                      std::sin(b));
       const auto on = volume.distance((radius * direction).cast<float>());
       const auto outside = volume.distance(((radius + 0.02) * direction).cast<float>());
       const auto inside = volume.distance(((radius - 0.01) * direction).cast<float>());
@@ -136,8 +136,7 @@ TEST(TSDFVolume, OrderOfFramesMattersOnlyByRounding)
   std::vector<double> differences;
   for (float x = -0.4f; x <= 0.4f; x += 0.0173f)
     for (float y = -0.3f; y <= 0.3f; y += 0.0173f) {
-      const auto a = forward.distance({x, y, 1.002f}),
-                 b = backward.distance({x, y, 1.002f});
+      const auto a = forward.distance({x, y, 1.002f}), b = backward.distance({x, y, 1.002f});
       ASSERT_TRUE(a && b);
       differences.push_back(*a - *b);
       // A frame's share is off by the 2048th part to which weights are kept.
@@ -179,8 +178,7 @@ TEST(TSDFVolume, ManyFramesDoNotStall)
   first.depth = cv::Mat(camera.height, camera.width, CV_32FC1, cv::Scalar(1.0));
   second.depth = cv::Mat(camera.height, camera.width, CV_32FC1, cv::Scalar(1.0005));
   first.color = cv::Mat(camera.height, camera.width, CV_8UC3, cv::Scalar(50, 100, 150));
-  second.color =
-      cv::Mat(camera.height, camera.width, CV_8UC3, cv::Scalar(60, 110, 160));
+  second.color = cv::Mat(camera.height, camera.width, CV_8UC3, cv::Scalar(60, 110, 160));
   TSDFVolume volume(coarseOptions());
   for (int i = 0; i < 1000; ++i)
     volume.integrate(first, camera, Pose::Identity());
@@ -210,9 +208,8 @@ TEST(TSDFVolume, FreeSpaceRemovesWhatOneFrameSawByMistake)
     MeshOptions options;
     options.cleaning.min_component_area = 0;
     const SurfaceMesh mesh = extractSurface(volume, options);
-    return std::count_if(
-        mesh.vertices.begin(), mesh.vertices.end(),
-        [](const Eigen::Vector3f& vertex) { return vertex.z() < 0.9f; });
+    return std::count_if(mesh.vertices.begin(), mesh.vertices.end(),
+                         [](const Eigen::Vector3f& vertex) { return vertex.z() < 0.9f; });
   };
   volume.integrate(bad, smallCamera(), Pose::Identity());
   EXPECT_GT(numNearVertices(), 10);
@@ -224,8 +221,8 @@ TEST(TSDFVolume, FreeSpaceRemovesWhatOneFrameSawByMistake)
 TEST(TSDFVolume, RegionLimitsAllocation)
 {
   TSDFOptions options = coarseOptions();
-  options.region = Eigen::AlignedBox3d(Eigen::Vector3d(0.05, -0.1, 0.5),
-                                       Eigen::Vector3d(0.3, 0.1, 1.5));
+  options.region =
+      Eigen::AlignedBox3d(Eigen::Vector3d(0.05, -0.1, 0.5), Eigen::Vector3d(0.3, 0.1, 1.5));
   TSDFVolume all(coarseOptions()), part(options);
   const RGBDFrame frame = render(wall, Pose::Identity());
   all.integrate(frame, smallCamera(), Pose::Identity());
@@ -286,8 +283,7 @@ TEST(TSDFVolume, WorksWithoutColorAndFarFromTheOrigin)
   frame.color.release();
   TSDFVolume volume(coarseOptions());
   volume.integrate(frame, smallCamera(), pose);
-  const auto distance =
-      volume.distance((pose * Eigen::Vector3d(0, 0, 1)).cast<float>());
+  const auto distance = volume.distance((pose * Eigen::Vector3d(0, 0, 1)).cast<float>());
   ASSERT_TRUE(distance.has_value());
   EXPECT_NEAR(*distance, 0, 0.001);
 }
@@ -302,14 +298,12 @@ TEST(TSDFVolume, RefusesBadOptions)
   EXPECT_CONTAINS(refusal(options), "voxel_size");
   options = {};
   options.truncation = 0.009;
-  EXPECT_CONTAINS(refusal(options),
-                  "truncation 0.009 m; expected 2 to 100 voxels of 0.005 m");
+  EXPECT_CONTAINS(refusal(options), "truncation 0.009 m; expected 2 to 100 voxels of 0.005 m");
   options = {};
   options.min_depth = 6;
   EXPECT_CONTAINS(refusal(options), "depth range 6 to 5 m");
   options = {};
-  options.region =
-      Eigen::AlignedBox3d(Eigen::Vector3d(0, 0, 1), Eigen::Vector3d(1, 1, 0));
+  options.region = Eigen::AlignedBox3d(Eigen::Vector3d(0, 0, 1), Eigen::Vector3d(1, 1, 0));
   EXPECT_CONTAINS(refusal(options), "region");
   options = {};
   options.num_threads = -1;

@@ -61,15 +61,14 @@ TEST(FrameToModelTracker, FeaturesBridgeALargeMotion)
   FrameToModelTracker by_depth(room().camera()), visual(room().camera());
   by_depth.track(frameOfRoom(0));
   visual.track(frameOfRoom(0), extractFeatures(frameOfRoom(0), room().camera()));
-  const TrackedFrame found = visual.track(
-      frameOfRoom(last), extractFeatures(frameOfRoom(last), room().camera()));
+  const TrackedFrame found =
+      visual.track(frameOfRoom(last), extractFeatures(frameOfRoom(last), room().camera()));
   expectAt(found, truth(0, last));
   EXPECT_GE(found.matches, found.inliers);
   EXPECT_GE(found.inliers, 15u);
   const TrackedFrame alone = by_depth.track(frameOfRoom(last));
-  EXPECT_FALSE(
-      alone.is_tracked &&
-      (alone.world_from_camera.inverse() * truth(0, last)).translation().norm() < 0.05);
+  EXPECT_FALSE(alone.is_tracked &&
+               (alone.world_from_camera.inverse() * truth(0, last)).translation().norm() < 0.05);
 }
 
 TEST(FrameToModelTracker, ALostFrameSaysWhyAndTheNextIsTracked)
@@ -113,12 +112,10 @@ TEST(FrameToModelTracker, RefusesInvalidOptions)
   };
   TrackingOptions options;
   options.depth_reduction = 0;
-  EXPECT_CONTAINS(message(options),
-                  "FrameToModelTracker: depth_reduction must lie in 1 ... 8");
+  EXPECT_CONTAINS(message(options), "FrameToModelTracker: depth_reduction must lie in 1 ... 8");
   options = {};
   options.min_overlap = 1.1;
-  EXPECT_CONTAINS(message(options),
-                  "min_overlap and min_overlap_with_features must lie");
+  EXPECT_CONTAINS(message(options), "min_overlap and min_overlap_with_features must lie");
   options = {};
   options.num_threads = -1;
   EXPECT_CONTAINS(message(options), "num_threads must be >= 0");

@@ -96,27 +96,19 @@ struct BUNDLE_ICP_EXPORT Calibration {
 
 /** True depth [m] along the ray (x, y, 1) of a measured one: the inverse of the equation above. */
 BUNDLE_ICP_EXPORT double
-correctedDepth(double measured,
-               double x,
-               double y,
-               const Calibration& calibration,
-               const DepthError& error,
-               const DepthNoise& noise);
+correctedDepth(double measured, double x, double y, const Calibration& calibration,
+               const DepthError& error, const DepthNoise& noise);
 
 /** A depth image as an error-free camera `calibration.corrected(camera)` had measured it.
  *  \param depth CV_32FC1 [m], of the size of `camera`, NaN = not measured */
 BUNDLE_ICP_EXPORT cv::Mat
-correctedDepth(const cv::Mat& depth,
-               const CameraIntrinsics& camera,
-               const Calibration& calibration,
+correctedDepth(const cv::Mat& depth, const CameraIntrinsics& camera, const Calibration& calibration,
                const DepthError& error);
 
-/** A frame as an error-free camera `calibration.corrected(camera)` had taken it, but for the times at
- *  which rows and depth were exposed. */
+/** A frame as an error-free camera `calibration.corrected(camera)` had taken it, but for the times
+ *  at which rows and depth were exposed. */
 BUNDLE_ICP_EXPORT RGBDFrame
-correctedFrame(const RGBDFrame& frame,
-               const CameraIntrinsics& camera,
-               const Calibration& calibration,
-               const DepthError& error);
+correctedFrame(const RGBDFrame& frame, const CameraIntrinsics& camera,
+               const Calibration& calibration, const DepthError& error);
 
 } // namespace bundle_icp

@@ -10,13 +10,11 @@ namespace bundle_icp {
 
 /** A box that may be turned: where a surface is wanted. */
 struct BUNDLE_ICP_EXPORT OrientedBox {
-  Pose world_from_box = Pose::Identity();           ///< its centre and axes
-  Eigen::Vector3d size = Eigen::Vector3d::Ones();   ///< lengths of its edges [m]
+  Pose world_from_box = Pose::Identity();         ///< its centre and axes
+  Eigen::Vector3d size = Eigen::Vector3d::Ones(); ///< lengths of its edges [m]
 
   OrientedBox() = default;
-  OrientedBox(const Pose& pose, const Eigen::Vector3d& edges) : world_from_box(pose), size(edges)
-  {
-  }
+  OrientedBox(const Pose& pose, const Eigen::Vector3d& edges) : world_from_box(pose), size(edges) {}
   /** Implicit, so that an axis-aligned box serves wherever this one does. */
   OrientedBox(const Eigen::AlignedBox3d& box);
 

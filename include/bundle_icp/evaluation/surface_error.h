@@ -51,16 +51,14 @@ struct SurfaceError {
  * area, polygons that name vertices which do not exist, a surface without a finite
  * point. */
 BUNDLE_ICP_EXPORT SurfaceError
-surfaceError(const pcl::PolygonMesh& mesh,
-             const pcl::PointCloud<pcl::PointXYZ>& surface,
+surfaceError(const pcl::PolygonMesh& mesh, const pcl::PointCloud<pcl::PointXYZ>& surface,
              const SurfaceErrorOptions& options = {});
 
 /** The same for true points with unit normals: accuracy is the distance to the tangent plane of
  *  the nearest true point, which the points' spacing does not limit on smooth surfaces; beyond
  *  the edge of the true surface it is the distance to the point. */
 BUNDLE_ICP_EXPORT SurfaceError
-surfaceError(const pcl::PolygonMesh& mesh,
-             const pcl::PointCloud<pcl::PointNormal>& surface,
+surfaceError(const pcl::PolygonMesh& mesh, const pcl::PointCloud<pcl::PointNormal>& surface,
              const SurfaceErrorOptions& options = {});
 
 } // namespace bundle_icp

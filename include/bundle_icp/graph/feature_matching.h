@@ -53,9 +53,9 @@ struct FeatureMatch {
 struct FramePair {
   std::size_t first = 0;
   std::size_t second = 0;
-  std::vector<FeatureMatch> matches;        ///< ascending in `first`, one to one
+  std::vector<FeatureMatch> matches; ///< ascending in `first`, one to one
   Pose first_from_second = Pose::Identity();
-  std::size_t num_putative = 0;             ///< matches before verification
+  std::size_t num_putative = 0; ///< matches before verification
 };
 
 /** One-to-one matches that pass ratio and mutual test; ascending in `first`. */
@@ -65,20 +65,16 @@ matchDescriptors(const cv::Mat& first, const cv::Mat& second, const MatchingOpti
 /** Keeps the matches that agree on one rigid motion between measured points. Empty matches when
  *  fewer than options.min_matches do. */
 BUNDLE_ICP_EXPORT FramePair
-verifyMatches(const Features& first,
-              const Features& second,
-              const std::vector<FeatureMatch>& putative,
-              const CameraIntrinsics& camera,
+verifyMatches(const Features& first, const Features& second,
+              const std::vector<FeatureMatch>& putative, const CameraIntrinsics& camera,
               const MatchingOptions& options = {});
 
 /** Matches and verifies the candidate pairs (indices into `features`), in parallel; gives those
  *  with an edge, in the order of the candidates. The result does not depend on threads.
  *  \throws pcl::BadArgumentException for invalid options or indices. */
 BUNDLE_ICP_EXPORT std::vector<FramePair>
-matchPairs(const std::vector<const Features*>& features,
-           const CameraIntrinsics& camera,
+matchPairs(const std::vector<const Features*>& features, const CameraIntrinsics& camera,
            const std::vector<std::pair<std::size_t, std::size_t>>& candidates,
-           const MatchingOptions& options = {},
-           const ProgressCallback& progress = {});
+           const MatchingOptions& options = {}, const ProgressCallback& progress = {});
 
 } // namespace bundle_icp

@@ -21,12 +21,13 @@ struct BUNDLE_ICP_EXPORT FeatureOptions {
   /** Contrast below which SIFT drops a keypoint (of [0, 1] grey levels); OpenCV's own
    *  default 0.04 leaves too few on plain walls, and verification is not misled by faint ones. */
   double contrast_threshold = 0.005;
-  /** SIFT sees the image reduced by this integer factor, before it doubles it for its finest octave;
-   *  less where the shorter side would fall below 240 px. The pixels of a consumer camera hold
-   *  little at their own scale: 2 takes a third of the time of 1, and poses are more accurate. */
+  /** SIFT sees the image reduced by this integer factor, before it doubles it for its finest
+   *  octave; less where the shorter side would fall below 240 px. The pixels of a consumer camera
+   *  hold little at their own scale: 2 takes a third of the time of 1, and poses are more accurate.
+   *  */
   int image_reduction = 2;
-  /** Half size of the window from which a keypoint's depth is taken [px]; none where it holds a depth
-   *  edge. */
+  /** Half size of the window from which a keypoint's depth is taken [px]; none where it holds a
+   *  depth edge. */
   int depth_radius = 3;
   /** Standard deviation of a keypoint's position at the finest scale [px]. */
   double pixel_sigma = 0.7;
@@ -44,7 +45,7 @@ struct Features {
   std::vector<float> depth_sigmas;     ///< standard deviation of the depth [m]
   /** Change of depth from pixel to pixel [m/px], along u and v; may be empty = unknown. */
   std::vector<Eigen::Vector2f> depth_slopes;
-  std::vector<cv::Vec3b> colors;       ///< of the image there, BGR
+  std::vector<cv::Vec3b> colors; ///< of the image there, BGR
   /** d_j: RootSIFT (Arandjelovic, Zisserman, CVPR 2012), CV_8UC1, N x 128, in units of
    *  1/256 and at most 127, so that products of two fit the integer SIMD instructions. */
   cv::Mat descriptors;
@@ -77,8 +78,8 @@ pointInCamera(const Features& features, std::size_t j, const CameraIntrinsics& c
   return camera.unproject(features.pixels[j].x(), features.pixels[j].y(), features.depths[j]);
 }
 
-/** Variance of that point, as one number for all directions [m^2]: depth noise, and what an error of
- *  the pixel moves it sideways; needs hasDepth(j). */
+/** Variance of that point, as one number for all directions [m^2]: depth noise, and what an error
+ *  of the pixel moves it sideways; needs hasDepth(j). */
 inline double
 pointVariance(const Features& features, std::size_t j, const CameraIntrinsics& camera)
 {
@@ -90,8 +91,7 @@ pointVariance(const Features& features, std::size_t j, const CameraIntrinsics& c
  *  on the image alone.
  *  \throws pcl::BadArgumentException for invalid options or images of wrong type or size. */
 BUNDLE_ICP_EXPORT Features
-extractFeatures(const RGBDFrame& frame,
-                const CameraIntrinsics& camera,
+extractFeatures(const RGBDFrame& frame, const CameraIntrinsics& camera,
                 const FeatureOptions& options = {});
 
 } // namespace bundle_icp

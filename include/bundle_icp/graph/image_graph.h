@@ -20,8 +20,8 @@ struct BUNDLE_ICP_EXPORT ImageGraphOptions {
    *  the scan, and matching stays linear in the number of images. */
   std::size_t exhaustive_limit = 300;
   /** Every image has a key image at least so similar, as a share of the similarity that is typical
-   *  of images that show the same, ImageRetrieval::typicalSimilarity(): 0 ... 1. Lower is faster, and
-   *  leaves long scans less well connected. */
+   *  of images that show the same, ImageRetrieval::typicalSimilarity(): 0 ... 1. Lower is faster,
+   *  and leaves long scans less well connected. */
   double key_similarity = 0.75;
   /** Each image is matched with so many most similar key images (beyond exhaustive_limit). */
   std::size_t num_similar = 12;
@@ -69,12 +69,12 @@ public:
    *  \return false when `progress` asked to stop: then edges are missing.
    *  \throws pcl::BadArgumentException after releaseDescriptors(). */
   bool
-  append(std::vector<ImageNode> images,
-         bool ordered_in_time,
+  append(std::vector<ImageNode> images, bool ordered_in_time,
          const ProgressCallback& progress = {});
 
   /** Frees the descriptors, the largest part of a graph: no more images can be appended.
-   *  \param keep_key_images leaves those of key images, with which a mapper finds further matches. */
+   *  \param keep_key_images leaves those of key images, with which a mapper finds further matches.
+   *  */
   void
   releaseDescriptors(bool keep_key_images = false);
 

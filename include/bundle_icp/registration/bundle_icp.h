@@ -32,12 +32,11 @@ namespace bundle_icp {
  * point-to-plane, robust and coarse to fine; a target without normals gets them from
  * its neighbourhoods.
  *
- *  Inherited setters keep PCL's meaning: the transformation epsilon is a squared length
- *  (default 1e-8), the rotation epsilon a cosine (default 0: 1 - transformation
- * epsilon), the Euclidean fitness epsilon a relative change of the mean squared
- * distance. At most 100 iterations by default. As in pcl::IterativeClosestPoint,
- * reaching the limit counts as converged, where the clouds meet (BundleICPStatus). The kd-tree of the target is built when it is
- * first needed. */
+ *  Inherited setters keep PCL's meaning: the transformation epsilon is a squared length (default
+ *  1e-8), the rotation epsilon a cosine (default 0: 1 - transformation epsilon), the Euclidean
+ *  fitness epsilon a relative change of the mean squared distance. At most 100 iterations by
+ *  default. As in pcl::IterativeClosestPoint, reaching the limit counts as converged, where the
+ *  clouds meet (BundleICPStatus). The kd-tree of the target is built when it is first needed. */
 template <typename PointSource, typename PointTarget, typename Scalar = float>
 class BundleICP : public pcl::Registration<PointSource, PointTarget, Scalar> {
   using Base = pcl::Registration<PointSource, PointTarget, Scalar>;
@@ -51,8 +50,7 @@ public:
   using typename Base::PointCloudTarget;
   using typename Base::PointCloudTargetConstPtr;
   using typename Base::PointCloudTargetPtr;
-  using VirtualDepthRenderer =
-      std::function<PointCloudTargetPtr(const Eigen::Isometry3d&)>;
+  using VirtualDepthRenderer = std::function<PointCloudTargetPtr(const Eigen::Isometry3d&)>;
 
   BundleICP();
 
@@ -123,11 +121,9 @@ private:
   AlignmentProblem
   makeProblem();
 
-  AlignmentProblem
-      settings_; ///< camera, virtual pose, visual evidence, noise and threads
+  AlignmentProblem settings_; ///< camera, virtual pose, visual evidence, noise and threads
   VirtualDepthRenderer render_;
-  PointCloudTargetConstPtr
-      rendered_; ///< the last rendered target of the running align()
+  PointCloudTargetConstPtr rendered_; ///< the last rendered target of the running align()
   BundleICPResult result_;
 };
 
@@ -139,6 +135,5 @@ private:
 extern template class bundle_icp::BundleICP<pcl::PointXYZ, pcl::PointXYZ>;
 extern template class bundle_icp::BundleICP<pcl::PointXYZRGB, pcl::PointXYZRGB>;
 extern template class bundle_icp::BundleICP<pcl::PointNormal, pcl::PointNormal>;
-extern template class bundle_icp::BundleICP<pcl::PointXYZRGBNormal,
-                                            pcl::PointXYZRGBNormal>;
+extern template class bundle_icp::BundleICP<pcl::PointXYZRGBNormal, pcl::PointXYZRGBNormal>;
 #endif

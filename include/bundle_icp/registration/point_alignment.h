@@ -17,12 +17,12 @@ namespace bundle_icp {
 
 /** Outcome of BundleICP::align(). */
 enum class BundleICPStatus {
-  NOT_RUN,        ///< no align() since the inputs were set
-  CONVERGED,      ///< the last step was smaller than the epsilons
-  MAX_ITERATIONS, ///< stopped by the limit; the pose is that of the last iteration
+  NOT_RUN,                 ///< no align() since the inputs were set
+  CONVERGED,               ///< the last step was smaller than the epsilons
+  MAX_ITERATIONS,          ///< stopped by the limit; the pose is that of the last iteration
   TOO_FEW_CORRESPONDENCES, ///< source and target do not meet; the pose is the initial
                            ///< one
-  NO_OVERLAP, ///< the clouds do not meet where the loop ended, or contradict each other
+  NO_OVERLAP,          ///< the clouds do not meet where the loop ended, or contradict each other
   REFINEMENT_REJECTED, ///< ICP contradicts the visual evidence; the pose is that of the
                        ///< latter
   INVALID_INPUT        ///< nothing was computed; the reason was printed
@@ -38,15 +38,14 @@ hasConverged(BundleICPStatus status)
 /** What align() found, beside the pose. */
 struct BundleICPResult {
   BundleICPStatus status = BundleICPStatus::NOT_RUN;
-  bool projective = false; ///< associated by projection, not by kd-tree
-  bool visual_initial_pose =
-      false;               ///< started from the visual correspondences, not the guess
-  std::size_t inliers = 0; ///< source points near points of the target, of those used
-  double overlap = 0;      ///< inliers over source points used, 0 to 1
-  /** Share of the source points that speak for the pose, 0 to 1, of those that say anything of it: not
-   * outside of what the target's camera saw nor, without a camera, far from the target. */
+  bool projective = false;          ///< associated by projection, not by kd-tree
+  bool visual_initial_pose = false; ///< started from the visual correspondences, not the guess
+  std::size_t inliers = 0;          ///< source points near points of the target, of those used
+  double overlap = 0;               ///< inliers over source points used, 0 to 1
+  /** Share of the source points that speak for the pose, 0 to 1, of those that say anything of it:
+   * not outside of what the target's camera saw nor, without a camera, far from the target. */
   double agreement = 0;
-  double rmse = 0;         ///< distance of the inliers to the target's surface [m]
+  double rmse = 0;                ///< distance of the inliers to the target's surface [m]
   std::size_t visual_inliers = 0; ///< visual correspondences that agree with the pose
   double visual_rmse = 0;         ///< distance of these [m]
   int iterations = 0;
@@ -78,8 +77,7 @@ template <typename PointT>
 PointsView
 viewPoints(const pcl::PointCloud<PointT>& cloud)
 {
-  static_assert(sizeof(PointT) % sizeof(float) == 0,
-                "points must be padded to whole floats");
+  static_assert(sizeof(PointT) % sizeof(float) == 0, "points must be padded to whole floats");
   PointsView view;
   view.xyz = &cloud.front().x;
   view.stride = sizeof(PointT) / sizeof(float);
@@ -98,21 +96,20 @@ struct AlignmentProblem {
   const std::vector<int>* source_indices = nullptr; ///< part of the source to use, nullptr: all
   std::optional<CameraIntrinsics> camera;
   Pose world_from_virtual = Pose::Identity();
-  /** Evidence that the start comes from (Algorithm 1, line 1), unless empty, and VisualPose::scale of
-   * its robust fit. */
+  /** Evidence that the start comes from (Algorithm 1, line 1), unless empty, and VisualPose::scale
+   * of its robust fit. */
   VisualCorrespondences visual;
   double visual_scale = 1;
 
   /** How far the surfaces may lie apart under the guess [m]: the coarse levels of projective
    * association allow for 0.03, 0.1 and 0.3 m, as far as that is within it. */
   double max_misalignment = 0.3;
-  /** Share of the noise model in the covariance, 0 to 1; the rest is what residuals show. A few dozen
-   * tiles of an image tell only roughly how they scatter. */
+  /** Share of the noise model in the covariance, 0 to 1; the rest is what residuals show. A few
+   * dozen tiles of an image tell only roughly how they scatter. */
   double model_share = 0.15;
   int max_iterations = 100;
   double max_distance = std::numeric_limits<double>::max(); ///< of a correspondence [m]
-  double translation_epsilon =
-      1e-8; ///< squared length of a step that ends the loop [m^2]
+  double translation_epsilon = 1e-8;  ///< squared length of a step that ends the loop [m^2]
   double rotation_epsilon = 1 - 1e-8; ///< cosine of a step's angle that ends the loop
   double fitness_epsilon = -1;        ///< relative change of the mean squared distance
   int num_threads = 0;
@@ -124,8 +121,7 @@ struct AlignmentProblem {
   std::function<std::optional<PointsView>(const Pose& world_from_virtual)> render;
   /** Called after each iteration with the pose and the pairs of points used. May be
    * empty. */
-  std::function<void(const Pose&, const std::vector<int>& source,
-                     const std::vector<int>& target)>
+  std::function<void(const Pose&, const std::vector<int>& source, const std::vector<int>& target)>
       on_iteration;
 };
 
@@ -136,8 +132,8 @@ struct Alignment {
   BundleICPResult result;
 };
 
-/** Algorithm 1 of the paper, lines 4 to 7: ICP from the pose T*_new that line 2 gives. The result does not
- * depend on the number of threads. */
+/** Algorithm 1 of the paper, lines 4 to 7: ICP from the pose T*_new that line 2 gives. The result
+ * does not depend on the number of threads. */
 BUNDLE_ICP_EXPORT Alignment
 alignPoints(const AlignmentProblem& problem, const Pose& start);
 

@@ -20,8 +20,8 @@ struct DepthView {
   cv::Mat depth;   ///< CV_32FC1 [m], NaN = not measured
   cv::Mat normals; ///< CV_32FC3, unit, camera frame, towards the camera; NaN = unknown
   cv::Mat weight;  ///< CV_32FC1, w = 1 / sigma^2 [1/m^2] of the depth along the axis,
-                  ///< falling with viewing angle and towards depth edges; 0 where there
-                  ///< is no depth
+                   ///< falling with viewing angle and towards depth edges; 0 where there
+                   ///< is no depth
 };
 
 /** How makeDepthView() and renderVirtualDepth() work. */
@@ -70,9 +70,8 @@ struct VirtualDepth {
  * not depend on the number of threads nor on the order of the views (up to rounding).
  */
 BUNDLE_ICP_EXPORT VirtualDepth
-renderVirtualDepth(const std::vector<RegisteredView>& views,
-                   const CameraIntrinsics& camera, const Pose& world_from_virtual,
-                   const VirtualDepthOptions& options = {});
+renderVirtualDepth(const std::vector<RegisteredView>& views, const CameraIntrinsics& camera,
+                   const Pose& world_from_virtual, const VirtualDepthOptions& options = {});
 
 /** The virtual depth as the organized target cloud of BundleICP: world frame, metres,
  * with normals; `curvature` carries the standard deviation of the depth [m]; NaN where

@@ -41,10 +41,10 @@ struct VisualPose {
   double scale = 1;
 };
 
-/** The initial pose T*_new of Algorithm 1, line 2: robust least squares over the
- * distances of all correspondences, see robustRigidAlignment(). Unset when there are fewer than min_inliers, or no consensus. \throws
- * pcl::BadArgumentException when the lists differ in length, a value is not finite or
- *  a weight is not positive. */
+/** The initial pose T*_new of Algorithm 1, line 2: robust least squares over the distances of all
+ * correspondences, see robustRigidAlignment(). Unset when there are fewer than min_inliers, or no
+ * consensus. \throws pcl::BadArgumentException when the lists differ in length, a value is not
+ * finite or a weight is not positive. */
 BUNDLE_ICP_EXPORT std::optional<VisualPose>
 estimateVisualPose(const VisualCorrespondences& correspondences,
                    const VisualPoseOptions& options = {});

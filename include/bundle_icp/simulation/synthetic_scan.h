@@ -21,11 +21,11 @@ namespace bundle_icp {
  *  order of reading. */
 struct BUNDLE_ICP_EXPORT SyntheticScanOptions {
   std::size_t num_frames = 60; ///< 1 to 1,000,000
-  double frame_rate = 10; ///< [Hz], 0.1 to 1000; a longer scan goes on along the path
-  int width = 640;        ///< image width [px], 16 to 8192
-  int height = 480;       ///< image height [px], 16 to 8192
-  double focal_length = 525; ///< true focal length [px]
-  std::uint64_t seed = 0;    ///< of textures, path and faults
+  double frame_rate = 10;      ///< [Hz], 0.1 to 1000; a longer scan goes on along the path
+  int width = 640;             ///< image width [px], 16 to 8192
+  int height = 480;            ///< image height [px], 16 to 8192
+  double focal_length = 525;   ///< true focal length [px]
+  std::uint64_t seed = 0;      ///< of textures, path and faults
   double start_time = 0; ///< where on the path the scan begins [s], 0 to 1e6: 67 = at the walls
   double movement = 1;   ///< share of the path's translation, 0 to 1: 0 = turning on the spot
   double texture = 1; ///< contrast of all surfaces, 0 to 1: 0 = each side of a thing in one colour
@@ -42,8 +42,8 @@ struct BUNDLE_ICP_EXPORT SyntheticScanOptions {
   double blur_fraction = 0;   ///< probability of motion blur of a frame, 0 to 1
   double exposure_change = 0; ///< relative change of brightness, slow, 0 to 0.9
   double depth_bias = 0;      ///< measured = z (1 + depth_bias z) [1/m], -0.1 to 0.1
-  double focal_error = 0; ///< camera() reports focal_length (1 + focal_error), +-0.5
-  double time_offset = 0; ///< depth is taken this much after colour [s], -1 to 1
+  double focal_error = 0;     ///< camera() reports focal_length (1 + focal_error), +-0.5
+  double time_offset = 0;     ///< depth is taken this much after colour [s], -1 to 1
   /** Rolling shutter of the colour camera: time from the first to the last row, the
    * middle row at the stamp [s], -0.1 to 0.1 */
   double readout = 0;

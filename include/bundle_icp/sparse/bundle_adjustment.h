@@ -40,8 +40,8 @@ struct BundleAdjustmentProblem {
 
 /** What solves an adjustment: both go down to the same cost. */
 enum class AdjustmentSolver {
-  /** The faster one. That is SCHUR: on no adjustment of any recording did Ceres come within 1.2 times its time
-   *  (docs/benchmarks.md), so that there is no rule to choose by. */
+  /** The faster one. That is SCHUR: on no adjustment of any recording did Ceres come within 1.2
+   *  times its time (docs/benchmarks.md), so that there is no rule to choose by. */
   AUTO,
   CERES, ///< Ceres Solver, in one thread
   SCHUR, ///< the library's own, which eliminates points in parallel
@@ -59,8 +59,8 @@ struct BUNDLE_ICP_EXPORT BundleAdjustmentOptions {
   bool use_depth = true;
   /** Prior standard deviation of each number of a DepthError [sigma of DepthNoise]. */
   double depth_error_deviation = 2;
-  /** Threads to use, 0 = all; the result does not depend on it. Ceres works in one whatever is said here: with
-   *  more it adds up in the order in which they finish. */
+  /** Threads to use, 0 = all; the result does not depend on it. Ceres works in one whatever is said
+   *  here: with more it adds up in the order in which they finish. */
   int num_threads = 0;
 
   bool
@@ -89,39 +89,31 @@ isHeldBack(const ScenePoint& point, std::size_t index_in_track);
 /** Robust cost of the observations that isHeldBack(), of points that took part in the adjustment of
  *  `problem`: for each variable image, in their order. */
 BUNDLE_ICP_EXPORT std::vector<double>
-heldBackCost(const ImageGraph& graph,
-             const BundleAdjustmentProblem& problem,
-             const BundleAdjustmentOptions& options,
-             const SparseModel& model);
+heldBackCost(const ImageGraph& graph, const BundleAdjustmentProblem& problem,
+             const BundleAdjustmentOptions& options, const SparseModel& model);
 
 /** Standard deviations of calibration parameters, given all that `problem` knows: from the inverse
  *  of the normal equations at the present state; 0 for those that are not adjusted. */
 BUNDLE_ICP_EXPORT CalibrationVector
-calibrationDeviations(const ImageGraph& graph,
-                      const BundleAdjustmentProblem& problem,
-                      const BundleAdjustmentOptions& options,
-                      const SparseModel& model);
+calibrationDeviations(const ImageGraph& graph, const BundleAdjustmentProblem& problem,
+                      const BundleAdjustmentOptions& options, const SparseModel& model);
 
 /** Global (or local) bundle adjustment: moves poses and points to the minimum of the robust sum of
- *  squared pixel residuals, measured-depth residuals and dense relative poses; calibration and depth
- *  errors move where the problem says so, held near their priors. Levenberg-Marquardt, by Ceres or with the points
- *  eliminated from the normal equations (Triggs et al., "Bundle adjustment - a modern synthesis", 6.1).
+ *  squared pixel residuals, measured-depth residuals and dense relative poses; calibration and
+ *  depth errors move where the problem says so, held near their priors. Levenberg-Marquardt, by
+ *  Ceres or with the points eliminated from the normal equations (Triggs et al., "Bundle adjustment
+ *  - a modern synthesis", 6.1).
  *  \throws pcl::BadArgumentException for invalid options or unregistered images. */
 BUNDLE_ICP_EXPORT BundleAdjustmentResult
-adjustBundle(const ImageGraph& graph,
-             const BundleAdjustmentProblem& problem,
-             const BundleAdjustmentOptions& options,
-             SparseModel& model);
+adjustBundle(const ImageGraph& graph, const BundleAdjustmentProblem& problem,
+             const BundleAdjustmentOptions& options, SparseModel& model);
 
 /** Local bundle adjustment: the poses of `images` and the points that they see move; the
  *  `num_held` images that share most points with them take part, but are held. Its cost does not
  *  grow with the model. Does nothing when no other image shares a point with them.
  *  \throws as adjustBundle() */
 BUNDLE_ICP_EXPORT BundleAdjustmentResult
-adjustLocally(const ImageGraph& graph,
-              const std::vector<std::size_t>& images,
-              std::size_t num_held,
-              const BundleAdjustmentOptions& options,
-              SparseModel& model);
+adjustLocally(const ImageGraph& graph, const std::vector<std::size_t>& images, std::size_t num_held,
+              const BundleAdjustmentOptions& options, SparseModel& model);
 
 } // namespace bundle_icp

@@ -55,10 +55,10 @@ struct BUNDLE_ICP_EXPORT MapperOptions {
   /** The same where self-calibration finds that images have no depth error of their own: dense
    *  evidence is worth more then. */
   std::size_t num_exact_dense_neighbours = 20;
-  /** Depth errors that all pixels of an image share do not average out over the image: each
-   *  image's depth is known as a whole to so many sigma of DepthNoise, as a shift and as a tilt
-   *  per unit of x / z. Limits the weight of dense terms, unless self-calibration finds that the scan
-   *  does not support such errors. */
+  /** Depth errors that all pixels of an image share do not average out over the image: each image's
+   *  depth is known as a whole to so many sigma of DepthNoise, as a shift and as a tilt per unit of
+   *  x / z. Limits the weight of dense terms, unless self-calibration finds that the scan does not
+   *  support such errors. */
   double shared_depth_sigmas = 2;
   /** Corrections to the camera that the scan supports are found and applied. */
   bool self_calibration = true;
@@ -80,13 +80,13 @@ struct BUNDLE_ICP_EXPORT MapperOptions {
 /** What became of an image. */
 struct ImageRegistration {
   bool registered = false;
-  std::string reason;            ///< why it is not registered
-  std::size_t matches = 0;       ///< visual correspondences to registered images
-  std::size_t inliers = 0;       ///< those that agree with the pose
-  /** Distance to the virtual depth [m]; 0 where it was not aligned, since it could not have improved
-   *  the pose of an image that is not a key image. */
+  std::string reason;      ///< why it is not registered
+  std::size_t matches = 0; ///< visual correspondences to registered images
+  std::size_t inliers = 0; ///< those that agree with the pose
+  /** Distance to the virtual depth [m]; 0 where it was not aligned, since it could not have
+   *  improved the pose of an image that is not a key image. */
   double icp_rmse = 0;
-  bool by_geometry = false;      ///< without visual evidence
+  bool by_geometry = false; ///< without visual evidence
   /** Largest standard deviation in any direction when it was registered, given the model: of the
    *  camera's position [m], and of its rotation [rad]. */
   double position_deviation = 0;
@@ -95,8 +95,8 @@ struct ImageRegistration {
 
 /** Gives the prepared depth of an image, corrected by the model's calibration and the image's
  *  DepthError; called by several threads. */
-using DepthViewProvider = std::function<std::shared_ptr<const DepthView>(
-    std::size_t image, const SparseModel& model)>;
+using DepthViewProvider =
+    std::function<std::shared_ptr<const DepthView>(std::size_t image, const SparseModel& model)>;
 
 /** The incremental sparse reconstruction of section 2.2: starts with the pair of strongest
  *  correlation, adds the image of highest visibility by Bundle ICP (Algorithm 1), updates
@@ -105,8 +105,7 @@ using DepthViewProvider = std::function<std::shared_ptr<const DepthView>(
 class BUNDLE_ICP_EXPORT IncrementalMapper {
 public:
   /** \throws pcl::BadArgumentException for invalid options. */
-  IncrementalMapper(const ImageGraph& graph,
-                    DepthViewProvider depth_views,
+  IncrementalMapper(const ImageGraph& graph, DepthViewProvider depth_views,
                     const MapperOptions& options = {});
   ~IncrementalMapper();
 

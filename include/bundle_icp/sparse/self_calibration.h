@@ -21,8 +21,8 @@ struct BUNDLE_ICP_EXPORT SelfCalibrationOptions {
   std::size_t max_images = 40;
   /** Points seen less often say little about the camera. */
   std::size_t min_track_length = 4;
-  /** A correction is applied when it lowers the cost of observations that were held back, per image,
-   *  by more than this many standard errors of the mean... */
+  /** A correction is applied when it lowers the cost of observations that were held back, per
+   *  image, by more than this many standard errors of the mean... */
   double significance = 3;
   /** ... and by more than this share. */
   double min_gain = 0.005;
@@ -39,8 +39,8 @@ struct BUNDLE_ICP_EXPORT SelfCalibrationOptions {
 
 /** A correction that was tested: parameters that only make sense together. */
 struct CalibrationTest {
-  std::string name;                              ///< "focal length", for example
-  std::vector<CalibrationParameter> parameters;  ///< none: the DepthError of each image
+  std::string name;                             ///< "focal length", for example
+  std::vector<CalibrationParameter> parameters; ///< none: the DepthError of each image
   bool applied = false;
   double gain = 0;         ///< share by which it lowered the cost of held-back observations
   double significance = 0; ///< mean of the gain per image over its standard error
@@ -60,10 +60,8 @@ struct SelfCalibrationResult {
  *  \param images that may take part; motions of the model must be set
  *  \throws pcl::BadArgumentException for invalid options */
 BUNDLE_ICP_EXPORT SelfCalibrationResult
-selfCalibrate(const ImageGraph& graph,
-              const std::vector<std::size_t>& images,
-              const BundleAdjustmentOptions& adjustment,
-              const SelfCalibrationOptions& options,
+selfCalibrate(const ImageGraph& graph, const std::vector<std::size_t>& images,
+              const BundleAdjustmentOptions& adjustment, const SelfCalibrationOptions& options,
               SparseModel& model);
 
 } // namespace bundle_icp

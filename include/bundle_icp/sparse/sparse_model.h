@@ -107,8 +107,8 @@ public:
     images_[image].depth_error = error;
   }
 
-  /** Motion of the scene in the camera frame while the image was taken [rad/s, m/s]: it takes a point
-   *  X in the camera frame to increment(t motion) * X after t seconds. */
+  /** Motion of the scene in the camera frame while the image was taken [rad/s, m/s]: it takes a
+   *  point X in the camera frame to increment(t motion) * X after t seconds. */
   const Vector6d&
   motion(std::size_t image) const
   {
@@ -142,24 +142,18 @@ public:
   /** Registers an image and updates the points: along each edge to a registered image of
    *  the component, matched features join the neighbour's track, start one, or join two. */
   void
-  registerImage(const ImageGraph& graph,
-                std::size_t image,
-                const Pose& world_from_camera,
-                int component,
-                const TrackOptions& options);
+  registerImage(const ImageGraph& graph, std::size_t image, const Pose& world_from_camera,
+                int component, const TrackOptions& options);
 
   /** Builds the tracks of an image anew from its present pose, see registerImage(). */
   void
   extendTracks(const ImageGraph& graph, std::size_t image, const TrackOptions& options);
 
-  /** Joins matches of two registered images to tracks as extendTracks() does, though they may share no
-   *  edge; only of images that have tracks. */
+  /** Joins matches of two registered images to tracks as extendTracks() does, though they may share
+   *  no edge; only of images that have tracks. */
   void
-  joinMatches(const ImageGraph& graph,
-              std::size_t first,
-              std::size_t second,
-              const std::vector<FeatureMatch>& matches,
-              const TrackOptions& options);
+  joinMatches(const ImageGraph& graph, std::size_t first, std::size_t second,
+              const std::vector<FeatureMatch>& matches, const TrackOptions& options);
 
   /** Gives up the tracks of a component and builds those of all its images that had any anew. */
   void
@@ -187,8 +181,8 @@ public:
     points_[point].position = position;
   }
 
-  /** Takes observations out of their tracks that no longer fit their point, and points with fewer than
-   *  two observations. \return number of observations removed. */
+  /** Takes observations out of their tracks that no longer fit their point, and points with fewer
+   *  than two observations. \return number of observations removed. */
   std::size_t
   removeOutliers(const ImageGraph& graph, const TrackOptions& options);
 
@@ -206,9 +200,7 @@ private:
   };
 
   void
-  joinMatch(const ImageGraph& graph,
-            const Observation& added,
-            const Observation& known,
+  joinMatch(const ImageGraph& graph, const Observation& added, const Observation& known,
             const TrackOptions& options);
 
   void
@@ -227,8 +219,7 @@ private:
 
 /** Measured point of an observation in the camera frame, by motion and calibration [m]. */
 BUNDLE_ICP_EXPORT Eigen::Vector3d
-measuredPointInCamera(const ImageGraph& graph,
-                      const SparseModel& model,
+measuredPointInCamera(const ImageGraph& graph, const SparseModel& model,
                       const Observation& observation);
 
 /** Measured point of an observation in the world [m]. */
@@ -237,10 +228,7 @@ measuredPoint(const ImageGraph& graph, const SparseModel& model, const Observati
 
 /** True when `point` (world) is where the observation measured it, within the bounds. */
 BUNDLE_ICP_EXPORT bool
-agrees(const ImageGraph& graph,
-       const SparseModel& model,
-       const Observation& observation,
-       const Eigen::Vector3d& point,
-       const TrackOptions& options);
+agrees(const ImageGraph& graph, const SparseModel& model, const Observation& observation,
+       const Eigen::Vector3d& point, const TrackOptions& options);
 
 } // namespace bundle_icp

@@ -16,9 +16,7 @@ toPointCloud(const ImageGraph& graph, const SparseModel& model, int component, b
 
 /** Writes that cloud as writeMesh() does. */
 BUNDLE_ICP_EXPORT void
-writeSparseModel(const std::string& path,
-                 const ImageGraph& graph,
-                 const SparseModel& model,
+writeSparseModel(const std::string& path, const ImageGraph& graph, const SparseModel& model,
                  int component = 0);
 
 } // namespace bundle_icp

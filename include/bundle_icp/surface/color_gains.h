@@ -41,8 +41,7 @@ struct BUNDLE_ICP_EXPORT ColorGainOptions {
  *  \param num_frames frames are numbered below it; without observations their gain is 1
  *  \throws pcl::BadArgumentException for invalid options or an observation of another frame. */
 BUNDLE_ICP_EXPORT std::vector<Eigen::Vector3f>
-estimateColorGains(const std::vector<ColorObservation>& observations,
-                   std::size_t num_frames,
+estimateColorGains(const std::vector<ColorObservation>& observations, std::size_t num_frames,
                    const ColorGainOptions& options = {});
 
 } // namespace bundle_icp

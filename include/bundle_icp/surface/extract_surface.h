@@ -14,8 +14,8 @@ namespace bundle_icp {
 
 /** Which surface of a volume is taken, and how it is smoothed and cleaned. */
 struct BUNDLE_ICP_EXPORT MeshOptions {
-  /** Weight that a voxel needs to take part, > 0; 1 = a frontal measurement at 1 m, 0.001
-   *  = one at 5 m, slanted by 60 degrees. Raise it to drop what few or poor measurements saw, lower it for
+  /** Weight that a voxel needs to take part, > 0; 1 = a frontal measurement at 1 m, 0.001 = one at
+   *  5 m, slanted by 60 degrees. Raise it to drop what few or poor measurements saw, lower it for
    *  scans from far away. */
   double min_weight = 0.001;
   /** Distance at which the surface is taken, in truncations, from 0 (the surface) to
@@ -47,13 +47,13 @@ struct MeshReport {
  *
  *  The standard deviation of a vertex is what depth noise leaves after fusion:
  *    r sigma(1 m) sqrt(s / W) / |grad D|
- *  with the noise of TSDFOptions, the vertex' weight W, the gradient of the distance D, which
- *  turns a distance along the optical axis into one along the normal, and the share s of the
- *  variance that smoothing of depth leaves, which depends on TSDFOptions::smoothing_radius, and r of
- *  the deviation that MeshOptions::smoothing leaves. It is too large by a factor of up to 2.5 on near
+ *  with the noise of TSDFOptions, the vertex' weight W, the gradient of the distance D, which turns
+ *  a distance along the optical axis into one along the normal, and the share s of the variance
+ *  that smoothing of depth leaves, which depends on TSDFOptions::smoothing_radius, and r of the
+ *  deviation that MeshOptions::smoothing leaves. It is too large by a factor of up to 2.5 on near
  *  surfaces and too small by up to 1.5 on far ones, whose noise spreads over more of the mesh. That
- *  is of noise alone: errors of poses and calibration,
- *  flying pixels at outlines and the rounding of edges come on top.
+ *  is of noise alone: errors of poses and calibration, flying pixels at outlines and the rounding
+ *  of edges come on top.
  *  \throws pcl::BadArgumentException for invalid options. */
 BUNDLE_ICP_EXPORT SurfaceMesh
 extractSurface(const TSDFVolume& volume, const MeshOptions& options = {},
@@ -63,7 +63,6 @@ extractSurface(const TSDFVolume& volume, const MeshOptions& options = {},
  *  smoothed, which needs more than the mesh itself. Afterwards the volume can only be destroyed or
  *  assigned to. */
 BUNDLE_ICP_EXPORT SurfaceMesh
-extractSurface(TSDFVolume&& volume, const MeshOptions& options = {},
-               MeshReport* report = nullptr);
+extractSurface(TSDFVolume&& volume, const MeshOptions& options = {}, MeshReport* report = nullptr);
 
 } // namespace bundle_icp

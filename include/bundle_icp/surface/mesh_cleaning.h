@@ -13,8 +13,8 @@ struct BUNDLE_ICP_EXPORT MeshCleaningOptions {
   /** Connected components of less area are removed [m^2]; 0 = none. The default is a patch
    *  of 4.5 cm squared: specks go, cups stay. */
   double min_component_area = 0.002;
-  /** Holes whose boundary is at most this long [m] and of at most 1000 edges are closed, 0 = none: a
-   *  round hole of diameter d has about pi d. What closes them was not measured. */
+  /** Holes whose boundary is at most this long [m] and of at most 1000 edges are closed, 0 = none:
+   *  a round hole of diameter d has about pi d. What closes them was not measured. */
   double max_hole_perimeter = 0;
 
   bool
@@ -32,12 +32,12 @@ struct MeshCleaningResult {
   double filled_area = 0; ///< of the triangles that fill them [m^2]
 };
 
-/** Makes a mesh fit for measuring and for further work, in this order: vertices at the same
- *  place become one; triangles without area go; edges keep at most two triangles, of more
- *  the largest; neighbours are oriented alike, and components as their normals say, or
- *  without normals outwards if they are closed, else as most of their triangles; small components go;
- *  holes are closed; vertices without triangle go. What is in order stays as it is, order
- *  of vertices and triangles included.
+/** Makes a mesh fit for measuring and for further work, in this order: vertices at the same place
+ *  become one; triangles without area go; edges keep at most two triangles, of more the largest;
+ *  neighbours are oriented alike, and components as their normals say, or without normals outwards
+ *  if they are closed, else as most of their triangles; small components go; holes are closed;
+ *  vertices without triangle go. What is in order stays as it is, order of vertices and triangles
+ *  included.
  *
  *  Not touched: vertices at which two sheets meet in one point, sheets that run through
  *  each other, components that cannot be oriented, such as a Moebius strip.

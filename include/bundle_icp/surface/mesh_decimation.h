@@ -11,7 +11,8 @@ namespace bundle_icp {
 /** When decimateMesh() ends: at whichever limit it meets first. Without any it leaves the mesh
  *  as it is. */
 struct BUNDLE_ICP_EXPORT MeshDecimationOptions {
-  std::size_t max_triangles = 0; ///< ends with so many or, boundaries permitting, fewer; 0 = no goal
+  std::size_t max_triangles =
+      0; ///< ends with so many or, boundaries permitting, fewer; 0 = no goal
   /** No vertex of the mesh that came in gets farther than this from the mesh that goes out
    *  [m]; 0 = no limit. */
   double max_error = 0;

@@ -26,10 +26,10 @@ struct BUNDLE_ICP_EXPORT MeshSmoothingOptions {
  *  them, towards the surface that their neighbours lie on, by the mean of
  *    (n_i + n_j) . (p_j - p_i) / 2
  *  which is zero on planes, spheres and cylinders, so that round things do not shrink. Each
- *  neighbour counts by the inverse of its variance, less the farther it is off in standard deviations
- *  (Tukey's biweight), and not at all beyond three: edges and steps that the measurements tell
- *  from noise stay. Vertices move along normals only, so that triangles keep their extent
- *  along the surface. The result is the same for any number of threads.
+ *  neighbour counts by the inverse of its variance, less the farther it is off in standard
+ *  deviations (Tukey's biweight), and not at all beyond three: edges and steps that the
+ *  measurements tell from noise stay. Vertices move along normals only, so that triangles keep
+ *  their extent along the surface. The result is the same for any number of threads.
  *
  *  Standard deviations are those after smoothing. Meshes without normals or deviations stay
  *  as they are: they do not say what is noise.

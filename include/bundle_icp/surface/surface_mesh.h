@@ -23,8 +23,7 @@ struct SurfaceMesh {
   std::vector<float> weights;
   /** Standard deviation of the vertex along its normal [m], see MeshOptions. */
   std::vector<float> deviations;
-  std::vector<std::array<std::uint32_t, 3>>
-      triangles; ///< counter-clockwise from outside
+  std::vector<std::array<std::uint32_t, 3>> triangles; ///< counter-clockwise from outside
 };
 
 /** The mesh in PCL's form: x, y, z, and of normal_x, normal_y, normal_z, rgb, weight and

@@ -71,8 +71,7 @@ protected:
   performReconstruction(pcl::PolygonMesh& output) override;
 
   void
-  performReconstruction(PointCloud& points,
-                        std::vector<pcl::Vertices>& polygons) override;
+  performReconstruction(PointCloud& points, std::vector<pcl::Vertices>& polygons) override;
 
   std::string
   getClassName() const override

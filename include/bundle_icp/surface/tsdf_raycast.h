@@ -21,7 +21,7 @@ namespace bundle_icp {
  * num_threads 0 = all \throws pcl::BadArgumentException for impossible intrinsics,
  * intrinsics with distortion, or a pose that is not rigid. */
 BUNDLE_ICP_EXPORT pcl::PointCloud<pcl::PointXYZRGBNormal>::Ptr
-raycast(const TSDFVolume& volume, const CameraIntrinsics& camera,
-        const Pose& world_from_camera, int num_threads = 0);
+raycast(const TSDFVolume& volume, const CameraIntrinsics& camera, const Pose& world_from_camera,
+        int num_threads = 0);
 
 } // namespace bundle_icp

@@ -53,20 +53,19 @@ struct BUNDLE_ICP_EXPORT ColorCorrection {
 
 /** Truncated signed distance function of equation (7) in sparse blocks of 8^3 voxels.
  *
- *  Each voxel keeps S_k(X_w), the weighted mean of the truncated distance, its weight
- *  W_k(X_w), and a colour with a weight of its own, in 8 bytes. World frame, metres; the centre of voxel (i, j,
- *  k) lies at voxel_size * (i, j, k). Distances are those of equation (7), along the
- *  optical axis, signed so that they are positive in front of the surface (on the
- *  camera's side). Depth and colour are interpolated between the pixels of one surface,
- *  not across depth edges.
+ *  Each voxel keeps S_k(X_w), the weighted mean of the truncated distance, its weight W_k(X_w), and
+ *  a colour with a weight of its own, in 8 bytes. World frame, metres; the centre of voxel (i, j,
+ *  k) lies at voxel_size * (i, j, k). Distances are those of equation (7), along the optical axis,
+ *  signed so that they are positive in front of the surface (on the camera's side). Depth and
+ *  colour are interpolated between the pixels of one surface, not across depth edges.
  *
- *  Weights are 1 for a frontal measurement of the first frame's camera at 1 m and follow
- *  1 / sigma(z)^2 of each frame's camera, the viewing angle and the distance to the depth edge. Colours from within two pixels of a
- *  depth edge hardly count. Behind the surface a measurement counts in full as far as the grid
- *  and noise can displace it, by a voxel and sigma(z), and not at all four voxels farther, or
- *  mu: what lies there was not seen, and must not weigh against those who saw free
- *  space. Blocks are allocated where a measurement's truncation band
- *  runs; free space in front of it is carved out of the blocks that exist.
+ *  Weights are 1 for a frontal measurement of the first frame's camera at 1 m and follow 1 /
+ *  sigma(z)^2 of each frame's camera, the viewing angle and the distance to the depth edge. Colours
+ *  from within two pixels of a depth edge hardly count. Behind the surface a measurement counts in
+ *  full as far as the grid and noise can displace it, by a voxel and sigma(z), and not at all four
+ *  voxels farther, or mu: what lies there was not seen, and must not weigh against those who saw
+ *  free space. Blocks are allocated where a measurement's truncation band runs; free space in front
+ *  of it is carved out of the blocks that exist.
  *
  *  \code
  *  TSDFVolume volume(options);
@@ -90,11 +89,12 @@ public:
    *  \param correction of the frame's colours
    *  \throws pcl::BadArgumentException when image sizes or types differ from what the
    *          camera and RGBDFrame say, for impossible intrinsics, intrinsics with
-   *          distortion, images smaller than 16x16, an invalid correction, and for a pose that is not rigid or too far
+   *          distortion, images smaller than 16x16, an invalid correction,
+   *          and for a pose that is not rigid or too far
    *          away to be addressed. The volume is then unchanged. */
   void
-  integrate(const RGBDFrame& frame, const CameraIntrinsics& camera,
-            const Pose& world_from_camera, const ColorCorrection& correction = {});
+  integrate(const RGBDFrame& frame, const CameraIntrinsics& camera, const Pose& world_from_camera,
+            const ColorCorrection& correction = {});
 
   const TSDFOptions&
   options() const;

@@ -49,10 +49,10 @@ struct TrackedFrame {
   bool is_tracked = false;
   std::string reason;                        ///< why it is lost
   Pose world_from_camera = Pose::Identity(); ///< the world is the first frame's camera
-  std::size_t matches = 0; ///< of features, with the last tracked frame
-  std::size_t inliers = 0; ///< those that agree with the pose
-  double overlap = 0;      ///< share of the depth that lies on the model
-  double icp_rmse = 0;     ///< distance to the model [m]
+  std::size_t matches = 0;                   ///< of features, with the last tracked frame
+  std::size_t inliers = 0;                   ///< those that agree with the pose
+  double overlap = 0;                        ///< share of the depth that lies on the model
+  double icp_rmse = 0;                       ///< distance to the model [m]
 };
 
 /** Frame-to-model tracking of KinectFusion (Newcombe et al., ISMAR 2011): each frame is
@@ -75,8 +75,7 @@ struct TrackedFrame {
 class BUNDLE_ICP_EXPORT FrameToModelTracker {
 public:
   /** \throws pcl::BadArgumentException for invalid options or camera. */
-  explicit FrameToModelTracker(const CameraIntrinsics& camera,
-                               const TrackingOptions& options = {});
+  explicit FrameToModelTracker(const CameraIntrinsics& camera, const TrackingOptions& options = {});
   ~FrameToModelTracker();
 
   /** Tracks the next frame; its time stamp gives the velocity.

@@ -19,7 +19,7 @@ namespace bundle_icp {
  *  getFitnessScore() does. A point that is not finite has no neighbours. */
 template <typename PointSource, typename PointTarget, typename Scalar>
 class BundleICP<PointSource, PointTarget, Scalar>::LazyKdTree
-    : public pcl::search::KdTree<PointTarget> {
+: public pcl::search::KdTree<PointTarget> {
   using Tree = pcl::search::KdTree<PointTarget>;
 
 public:
@@ -39,8 +39,7 @@ public:
   {
     // What getFitnessScore() reads even when nothing was found: beyond any range.
     indices.assign(static_cast<std::size_t>(k), 0);
-    squared_distances.assign(static_cast<std::size_t>(k),
-                             std::numeric_limits<float>::infinity());
+    squared_distances.assign(static_cast<std::size_t>(k), std::numeric_limits<float>::infinity());
     if (!pcl::isFinite(point) || !build())
       return 0;
     return Tree::nearestKSearch(point, k, indices, squared_distances);
@@ -48,8 +47,7 @@ public:
 
   int
   radiusSearch(const PointTarget& point, double radius, pcl::Indices& indices,
-               std::vector<float>& squared_distances,
-               unsigned int max_nn = 0) const override
+               std::vector<float>& squared_distances, unsigned int max_nn = 0) const override
   {
     indices.clear();
     squared_distances.clear();
@@ -113,8 +111,7 @@ BundleICP<PointSource, PointTarget, Scalar>::dropResult()
 
 template <typename PointSource, typename PointTarget, typename Scalar>
 void
-BundleICP<PointSource, PointTarget, Scalar>::setInputSource(
-    const PointCloudSourceConstPtr& cloud)
+BundleICP<PointSource, PointTarget, Scalar>::setInputSource(const PointCloudSourceConstPtr& cloud)
 {
   dropResult();
   if (cloud && !cloud->empty()) {
@@ -129,8 +126,7 @@ BundleICP<PointSource, PointTarget, Scalar>::setInputSource(
 
 template <typename PointSource, typename PointTarget, typename Scalar>
 void
-BundleICP<PointSource, PointTarget, Scalar>::setInputTarget(
-    const PointCloudTargetConstPtr& cloud)
+BundleICP<PointSource, PointTarget, Scalar>::setInputTarget(const PointCloudTargetConstPtr& cloud)
 {
   dropResult();
   if (cloud && !cloud->empty()) {
@@ -145,8 +141,7 @@ BundleICP<PointSource, PointTarget, Scalar>::setInputTarget(
 
 template <typename PointSource, typename PointTarget, typename Scalar>
 void
-BundleICP<PointSource, PointTarget, Scalar>::setCameraIntrinsics(
-    const CameraIntrinsics& camera)
+BundleICP<PointSource, PointTarget, Scalar>::setCameraIntrinsics(const CameraIntrinsics& camera)
 {
   std::string error;
   if (!camera.isValid(&error))
@@ -169,8 +164,7 @@ template <typename PointSource, typename PointTarget, typename Scalar>
 void
 BundleICP<PointSource, PointTarget, Scalar>::setVisualCorrespondences(
     const std::vector<Eigen::Vector3d>& source_points,
-    const std::vector<Eigen::Vector3d>& target_points,
-    const std::vector<double>& weights)
+    const std::vector<Eigen::Vector3d>& target_points, const std::vector<double>& weights)
 {
   const VisualCorrespondences visual{source_points, target_points, weights};
   std::string error;
@@ -192,8 +186,7 @@ void
 BundleICP<PointSource, PointTarget, Scalar>::setMaxMisalignment(double distance)
 {
   if (!(distance >= 0 && std::isfinite(distance)))
-    throw pcl::BadArgumentException("BundleICP::setMaxMisalignment: " +
-                                    std::to_string(distance) +
+    throw pcl::BadArgumentException("BundleICP::setMaxMisalignment: " + std::to_string(distance) +
                                     " m; expected a finite distance of 0 or more");
   settings_.max_misalignment = distance;
 }
@@ -204,8 +197,7 @@ BundleICP<PointSource, PointTarget, Scalar>::setNumberOfThreads(int num_threads)
 {
   if (num_threads < 0)
     throw pcl::BadArgumentException(
-        "BundleICP::setNumberOfThreads: " + std::to_string(num_threads) +
-        " must be at least 0");
+        "BundleICP::setNumberOfThreads: " + std::to_string(num_threads) + " must be at least 0");
   settings_.num_threads = num_threads;
 }
 
@@ -230,8 +222,8 @@ BundleICP<PointSource, PointTarget, Scalar>::makeProblem()
     query.y = xyz[1];
     query.z = xyz[2];
     thread_local std::vector<float> squared_distances;
-    indices.resize(static_cast<std::size_t>(std::max(
-        0, this->tree_->nearestKSearch(query, k, indices, squared_distances))));
+    indices.resize(static_cast<std::size_t>(
+        std::max(0, this->tree_->nearestKSearch(query, k, indices, squared_distances))));
   };
   if (render_)
     problem.render = [this](const Pose& pose) -> std::optional<PointsView> {
@@ -246,8 +238,8 @@ BundleICP<PointSource, PointTarget, Scalar>::makeProblem()
 
 template <typename PointSource, typename PointTarget, typename Scalar>
 void
-BundleICP<PointSource, PointTarget, Scalar>::computeTransformation(
-    PointCloudSource& output, const Matrix4& guess)
+BundleICP<PointSource, PointTarget, Scalar>::computeTransformation(PointCloudSource& output,
+                                                                   const Matrix4& guess)
 {
   dropResult();
   rendered_ = this->target_;
@@ -263,8 +255,7 @@ BundleICP<PointSource, PointTarget, Scalar>::computeTransformation(
     problem.on_iteration = [&](const Pose& pose, const std::vector<int>& source,
                                const std::vector<int>& target) {
       PointCloudSource moved;
-      detail::transformPoints(*this->input_, moved,
-                              Matrix4(pose.matrix().template cast<Scalar>()));
+      detail::transformPoints(*this->input_, moved, Matrix4(pose.matrix().template cast<Scalar>()));
       this->update_visualizer_(moved, source, *rendered_, target);
     };
   // Algorithm 1, line 2: T*_new, the guess where the correspondences support no pose
@@ -278,17 +269,14 @@ BundleICP<PointSource, PointTarget, Scalar>::computeTransformation(
   result_ = alignment.result;
   this->nr_iterations_ = result_.iterations;
   this->converged_ = bundle_icp::hasConverged(result_.status);
-  this->final_transformation_ =
-      alignment.world_from_source.matrix().template cast<Scalar>();
+  this->final_transformation_ = alignment.world_from_source.matrix().template cast<Scalar>();
   this->transformation_ = alignment.last_step.matrix().template cast<Scalar>();
-  this->previous_transformation_ =
-      (alignment.last_step.inverse() * alignment.world_from_source)
-          .matrix()
-          .template cast<Scalar>();
+  this->previous_transformation_ = (alignment.last_step.inverse() * alignment.world_from_source)
+                                       .matrix()
+                                       .template cast<Scalar>();
   detail::transformPoints(output, output, this->final_transformation_);
 }
 
 } // namespace bundle_icp
 
-#define PCL_INSTANTIATE_BundleICP(T)                                                   \
-  template class BUNDLE_ICP_EXPORT bundle_icp::BundleICP<T, T>;
+#define PCL_INSTANTIATE_BundleICP(T) template class BUNDLE_ICP_EXPORT bundle_icp::BundleICP<T, T>;

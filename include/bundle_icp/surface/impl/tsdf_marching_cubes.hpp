@@ -38,8 +38,7 @@ SurfaceMesh
 TSDFMarchingCubes<PointNT>::extract()
 {
   if (!volume_)
-    throw pcl::BadArgumentException(
-        "TSDFMarchingCubes: no volume; call setVolume() first");
+    throw pcl::BadArgumentException("TSDFMarchingCubes: no volume; call setVolume() first");
   MeshOptions options = options_;
   options.iso_level = this->iso_level_;
   return extractSurface(*volume_, options, &report_);
@@ -71,5 +70,5 @@ TSDFMarchingCubes<PointNT>::performReconstruction(PointCloud& points,
 
 } // namespace bundle_icp
 
-#define PCL_INSTANTIATE_TSDFMarchingCubes(T)                                           \
+#define PCL_INSTANTIATE_TSDFMarchingCubes(T)                                                       \
   template class BUNDLE_ICP_EXPORT bundle_icp::TSDFMarchingCubes<T>;
