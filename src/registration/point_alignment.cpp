@@ -63,13 +63,18 @@ about(const Eigen::Vector3d& center, const Vector6d& delta)
 
 class Aligner {
 public:
-  Aligner(const AlignmentProblem& problem, const Pose& start)
-  : problem_(problem), nearest_(problem), pose_(start), initial_pose_(start)
-  {
-  }
+  Aligner(const AlignmentProblem& problem, const Pose& start);
 
+  bool
+  prepare();
   Alignment
-  run();
+  invalid();
+  void
+  approach();
+  bool
+  refine();
+  Alignment
+  finish(bool done);
 
 private:
   struct Evaluation {
@@ -81,8 +86,6 @@ private:
   };
 
   bool
-  prepare();
-  bool
   renderAgain();
   void
   selectLevels();
@@ -90,8 +93,6 @@ private:
   useLevel(std::size_t level, float misalignment);
   double
   overlapOnLevel(std::size_t level);
-  void
-  approach();
   bool
   runLevel(std::size_t level, float misalignment);
   double
@@ -116,7 +117,8 @@ private:
     return !problem_.visual.source.empty();
   }
 
-  const AlignmentProblem& problem_;
+  AlignmentProblem problem_;
+  std::vector<int> all_indices_; ///< when the problem names none
   NearestMatcher nearest_;
   std::optional<TargetGrid> grid_;
   std::vector<SourcePoints> levels_;
@@ -129,6 +131,28 @@ private:
   double length_ = 1, mean_squared_ = -1;
   Alignment out_;
 };
+
+/** What is no unit normal counts as none. */
+AlignmentProblem
+withUnitNormals(const AlignmentProblem& problem)
+{
+  AlignmentProblem usable = problem;
+  if (!hasUnitNormals(usable.source))
+    usable.source.normals = nullptr;
+  if (!hasUnitNormals(usable.target))
+    usable.target.normals = nullptr;
+  return usable;
+}
+
+Aligner::Aligner(const AlignmentProblem& problem, const Pose& start)
+: problem_(withUnitNormals(problem)), nearest_(problem_), pose_(start), initial_pose_(start)
+{
+  if (problem_.source_indices)
+    return;
+  all_indices_.resize(problem_.source.size);
+  std::iota(all_indices_.begin(), all_indices_.end(), 0);
+  problem_.source_indices = &all_indices_;
+}
 
 bool
 Aligner::renderAgain()
@@ -200,6 +224,16 @@ Aligner::prepare()
   length_ =
       std::max(1e-9, std::sqrt(squared / static_cast<double>(all.size()) - mean.squaredNorm()));
   return true;
+}
+
+/** When there is nothing to align. */
+Alignment
+Aligner::invalid()
+{
+  PCL_ERROR("[bundle_icp::BundleICP::align] The source has no finite point\n");
+  out_.result.status = BundleICPStatus::INVALID_INPUT;
+  out_.world_from_source = pose_;
+  return out_;
 }
 
 /** Observed over expected noise that the level takes for granted. */
@@ -292,6 +326,7 @@ Aligner::overlapOnLevel(std::size_t level)
 void
 Aligner::approach()
 {
+  renderAgain();
   const std::size_t coarse = levels_.size() - 1;
   const Pose start = pose_;
   Pose best = start;
@@ -420,18 +455,11 @@ Aligner::report(const Evaluation& at)
   result.dense_pose = about(center_, at.step.dense_delta) * pose_;
 }
 
-Alignment
-Aligner::run()
+/** The last levels, with the virtual depth rendered anew as the pose moves.
+ *  \return true when the last one converged within the iterations. */
+bool
+Aligner::refine()
 {
-  BundleICPResult& result = out_.result;
-  if (!prepare()) {
-    PCL_ERROR("[bundle_icp::BundleICP::align] The source has no finite point\n");
-    result.status = BundleICPStatus::INVALID_INPUT;
-    out_.world_from_source = pose_;
-    return out_;
-  }
-  renderAgain();
-  approach();
   const std::size_t last = levels_.size() - 1;
   renderAgain();
   // Most of the way at a quarter of the cost; the last level then has little left to do.
@@ -440,14 +468,21 @@ Aligner::run()
   bool done = runLevel(last, 0);
   while (done && renderAgain())
     done = runLevel(last, 0);
+  return done;
+}
+
+/** The verdict, and the pose that it leaves. */
+Alignment
+Aligner::finish(bool done)
+{
+  BundleICPStatus& status = out_.result.status;
   Evaluation at = evaluate();
-  result.status = done ? BundleICPStatus::CONVERGED : BundleICPStatus::MAX_ITERATIONS;
+  status = done ? BundleICPStatus::CONVERGED : BundleICPStatus::MAX_ITERATIONS;
   if (at.dense.matched < 6)
-    result.status = BundleICPStatus::TOO_FEW_CORRESPONDENCES;
+    status = BundleICPStatus::TOO_FEW_CORRESPONDENCES;
   else if (breaksVisualEvidence())
-    result.status = BundleICPStatus::REFINEMENT_REJECTED;
-  if (result.status == BundleICPStatus::TOO_FEW_CORRESPONDENCES ||
-      result.status == BundleICPStatus::REFINEMENT_REJECTED) {
+    status = BundleICPStatus::REFINEMENT_REJECTED;
+  if (!hasConverged(status)) {
     pose_ = initial_pose_;
     at = evaluate();
   }
@@ -460,18 +495,12 @@ Aligner::run()
 Alignment
 alignPoints(const AlignmentProblem& problem, const Pose& start)
 {
-  AlignmentProblem usable = problem;
-  std::vector<int> all;
-  if (!usable.source_indices) {
-    all.resize(usable.source.size);
-    std::iota(all.begin(), all.end(), 0);
-    usable.source_indices = &all;
-  }
-  if (!hasUnitNormals(usable.source))
-    usable.source.normals = nullptr;
-  if (!hasUnitNormals(usable.target))
-    usable.target.normals = nullptr;
-  return Aligner(usable, start).run();
+  Aligner aligner(problem, start);
+  if (!aligner.prepare())
+    return aligner.invalid();
+  aligner.approach();
+  const bool done = aligner.refine();
+  return aligner.finish(done);
 }
 
 } // namespace bundle_icp
