@@ -137,6 +137,12 @@ struct Step {
   std::function<std::string()> run;
 };
 
+void
+PrintTo(const Step& step, std::ostream* out)
+{
+  *out << step.name;
+}
+
 class SimdVariants : public testing::TestWithParam<Step> {};
 
 } // namespace
