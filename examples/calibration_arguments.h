@@ -74,15 +74,16 @@ openCalibrated(const std::string& scan, DatasetOptions options,
                const CalibrationArguments& arguments, MapperOptions& mapper)
 {
   const RGBDDataset::Ptr dataset = openDataset(scan, options);
-  Calibration& calibration = mapper.calibration;
+  Calibration& calibration = mapper.refinement.calibration;
   if (!arguments.file.empty()) {
     calibration = readCalibration(arguments.file, dataset->camera());
-    mapper.calibration_test.camera = false;
+    mapper.refinement.calibration_test.camera = false;
   }
   if (arguments.is_off) {
-    mapper.calibration_test.camera = mapper.calibration_test.depth_errors = false;
+    mapper.refinement.calibration_test.camera = mapper.refinement.calibration_test.depth_errors =
+        false;
     // A known rolling shutter needs the motions that come with it.
-    mapper.self_calibration = !arguments.file.empty();
+    mapper.refinement.self_calibration = !arguments.file.empty();
   }
   if (arguments.depth_factor)
     calibration.scaleDepth(*arguments.depth_factor);

@@ -9,7 +9,7 @@
 #include <bundle_icp/io/mesh_io.h>
 #include <bundle_icp/io/rgbd_dataset.h>
 #include <bundle_icp/io/trajectory.h>
-#include <bundle_icp/surface/surface_mesh.h>
+#include <bundle_icp/mesh/surface_mesh.h>
 
 #include <boost/algorithm/string/predicate.hpp>
 #include <boost/filesystem.hpp>

@@ -8,7 +8,7 @@
 // Left out: estimating the poses (bundle_icp_reconstruct does that), options, progress.
 #include <bundle_icp/io/mesh_io.h>
 #include <bundle_icp/io/rgbd_dataset.h>
-#include <bundle_icp/surface/tsdf_marching_cubes.h>
+#include <bundle_icp/volume/tsdf_marching_cubes.h>
 
 #include <pcl/point_types.h>
 

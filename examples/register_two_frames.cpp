@@ -4,8 +4,8 @@
 // Registers a new frame against the virtual depth of three registered ones. It leaves
 // out where frames, poses and correspondences come from: here, a simulated scan.
 #include <bundle_icp/registration/bundle_icp.h>
-#include <bundle_icp/registration/virtual_depth.h>
 #include <bundle_icp/simulation/synthetic_scan.h>
+#include <bundle_icp/virtual_depth/virtual_depth.h>
 
 #include <iostream>
 

@@ -28,11 +28,11 @@ cmake -S . -B build/thread -G Ninja -DCMAKE_C_COMPILER=clang -DCMAKE_CXX_COMPILE
 # it cannot see.
 export OMP_TOOL_LIBRARIES=$archer
 export TSAN_OPTIONS="ignore_noninstrumented_modules=1 report_mutex_bugs=0 ${TSAN_OPTIONS:-}"
-steps=(graph registration surface sparse tracking simulation)
-cmake --build build/thread --parallel "$(nproc)" --target "${steps[@]/#/bundle_icp_test_}"
+rooms=(graph virtual_depth model adjustment refinement registration mapping volume mesh baselines simulation)
+cmake --build build/thread --parallel "$(nproc)" --target "${rooms[@]/#/bundle_icp_test_}"
 
 export OMP_NUM_THREADS=4 # also on fewer cores; not before, as nproc obeys it
 filter=${*:-*Thread*}
-for step in "${steps[@]}"; do
-  "build/thread/test/$step/bundle_icp_test_$step" --gtest_filter="${filter// /:}" --gtest_brief=1
+for room in "${rooms[@]}"; do
+  "build/thread/test/$room/bundle_icp_test_$room" --gtest_filter="${filter// /:}" --gtest_brief=1
 done

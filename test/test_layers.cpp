@@ -13,34 +13,33 @@ namespace fs = boost::filesystem;
 
 namespace {
 
-/** Which steps the files of a step may include, besides their own. `reconstruction` is
- * what lies in no step's folder. */
-const std::map<std::string, std::set<std::string>> ALLOWED{
-    {"common", {}},
-    {"io", {"common"}},
-    {"graph", {"common"}},
-    {"registration", {"common"}},
-    {"surface", {"common"}},
-    {"tracking", {"common", "graph", "registration", "surface"}},
-    {"simulation", {"common", "io"}}, // a synthetic scan is a dataset
-    {"sparse", {"common", "io", "graph", "registration"}},
-    {"evaluation", {"common", "io"}},
-    {"reconstruction",
-     {"common", "io", "graph", "registration", "surface", "tracking", "simulation", "sparse"}}};
-
-/** Writing meshes and clouds is shared by all steps. */
-bool
-isFileHelper(const std::string& header)
+/** Rooms that each room DEPENDS on, as src/ROOM/CMakeLists.txt says. */
+std::map<std::string, std::set<std::string>>
+readDependencies()
 {
-  return header == "io/atomic_file.h" || header == "io/mesh_io.h";
+  std::map<std::string, std::set<std::string>> dependencies;
+  for (const fs::directory_entry& entry :
+       fs::directory_iterator(fs::path(BUNDLE_ICP_SOURCE_FOLDER) / "src")) {
+    if (!fs::is_directory(entry.path()))
+      continue;
+    std::set<std::string>& below = dependencies[entry.path().filename().string()];
+    std::ifstream stream((entry.path() / "CMakeLists.txt").string());
+    bool are_dependencies = false;
+    for (std::string word; stream >> word;)
+      if (word == "DEPENDS" || word == "SOURCES")
+        are_dependencies = word == "DEPENDS";
+      else if (are_dependencies)
+        below.insert(word);
+  }
+  return dependencies;
 }
 
-/** Step of a path below include/bundle_icp or src. */
+/** Room of a path below include/bundle_icp or src. */
 std::string
-stepOf(const std::string& path)
+roomOf(const std::string& path)
 {
   const std::size_t slash = path.find('/');
-  return slash == std::string::npos ? "reconstruction" : path.substr(0, slash);
+  return slash == std::string::npos ? "scan" : path.substr(0, slash);
 }
 
 bool
@@ -69,19 +68,19 @@ includesOf(const fs::path& file)
 void
 expectArrowsPointDown(const fs::path& root)
 {
+  const auto dependencies = readDependencies();
   std::size_t files = 0;
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(root)) {
     if (!fs::is_regular_file(entry.path()) || !isSource(entry.path()))
       continue;
     ++files;
     const std::string path = fs::relative(entry.path(), root).generic_string();
-    const std::string step = stepOf(path);
-    ASSERT_EQ(ALLOWED.count(step), 1u) << path << " lies in no known step";
+    const std::string room = roomOf(path);
+    ASSERT_EQ(dependencies.count(room), 1u) << path << " lies in no room";
     for (const std::string& header : includesOf(entry.path())) {
-      const std::string other = stepOf(header);
+      const std::string other = roomOf(header);
       const bool generated = header == "export.h" || header == "version.h";
-      EXPECT_TRUE(other == step || generated || isFileHelper(header) ||
-                  ALLOWED.at(step).count(other))
+      EXPECT_TRUE(other == room || generated || dependencies.at(room).count(other))
           << path << " includes " << header;
     }
   }

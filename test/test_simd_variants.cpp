@@ -3,12 +3,12 @@
 #include "landmarks.h"
 #include "variants.h"
 
+#include <bundle_icp/adjustment/bundle_adjustment.h>
 #include <bundle_icp/common/calibration.h>
 #include <bundle_icp/graph/feature_matching.h>
 #include <bundle_icp/registration/bundle_icp.h>
-#include <bundle_icp/sparse/bundle_adjustment.h>
-#include <bundle_icp/surface/extract_surface.h>
-#include <bundle_icp/surface/tsdf_volume.h>
+#include <bundle_icp/volume/extract_surface.h>
+#include <bundle_icp/volume/tsdf_volume.h>
 
 #include <functional>
 

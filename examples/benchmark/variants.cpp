@@ -29,19 +29,19 @@ ablations()
 {
   static const std::vector<Variant> variants{
       {"no virtual depth", "bundle_icp with the visual pose only",
-       [](Options& o) { o.mapper.method = ImageRegistrationMethod::VISUAL; }},
+       [](Options& o) { o.mapper.registration.method = FrameRegistrationMethod::VISUAL; }},
       {"no visual start", "bundle_icp whose ICP starts from the best neighbour's pose",
-       [](Options& o) { o.mapper.visual_start = false; }},
+       [](Options& o) { o.mapper.registration.visual_start = false; }},
       {"no global adjustment", "bundle_icp adjusted around each new image only",
-       [](Options& o) { o.mapper.global_adjustment = false; }},
+       [](Options& o) { o.mapper.schedule.global_adjustment = false; }},
       {"no dense terms", "bundle_icp whose global adjustment sees features only",
-       [](Options& o) { o.mapper.num_dense_neighbours = 0; }},
+       [](Options& o) { o.mapper.refinement.num_dense_neighbours = 0; }},
       {"no motion prior", "bundle_icp whose poses know nothing of their neighbours in time",
-       [](Options& o) { o.mapper.motion_prior = false; }},
+       [](Options& o) { o.mapper.refinement.motion_prior = false; }},
       {"no self-calibration", "bundle_icp with camera and depth as they come",
-       [](Options& o) { o.mapper.self_calibration = false; }},
+       [](Options& o) { o.mapper.refinement.self_calibration = false; }},
       {"no depth error of each image", "bundle_icp that corrects the camera only",
-       [](Options& o) { o.mapper.calibration_test.depth_errors = false; }}};
+       [](Options& o) { o.mapper.refinement.calibration_test.depth_errors = false; }}};
   return variants;
 }
 

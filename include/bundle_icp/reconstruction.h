@@ -2,15 +2,15 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #pragma once
 
+#include <bundle_icp/baselines/frame_to_model.h>
 #include <bundle_icp/common/progress.h>
 #include <bundle_icp/graph/image_graph.h>
 #include <bundle_icp/io/rgbd_dataset.h>
 #include <bundle_icp/io/trajectory.h>
-#include <bundle_icp/sparse/incremental_mapper.h>
-#include <bundle_icp/surface/extract_surface.h>
-#include <bundle_icp/surface/object_region.h>
-#include <bundle_icp/surface/tsdf_volume.h>
-#include <bundle_icp/tracking/frame_to_model.h>
+#include <bundle_icp/mapping/incremental_mapper.h>
+#include <bundle_icp/volume/extract_surface.h>
+#include <bundle_icp/volume/object_region.h>
+#include <bundle_icp/volume/tsdf_volume.h>
 
 #include <pcl/PolygonMesh.h>
 
@@ -45,8 +45,8 @@ struct BUNDLE_ICP_EXPORT ReconstructionOptions {
   ReconstructionMethod method = ReconstructionMethod::BUNDLE_ICP;
   FeatureOptions features;
   ImageGraphOptions graph;
-  MapperOptions mapper;     ///< its ordered_in_time is that of the dataset; RGBD_SFM ignores
-                            ///< method, visual_start, dense terms, motion_prior, self_calibration
+  MapperOptions mapper; ///< its schedule.ordered_in_time is that of the dataset; RGBD_SFM ignores
+                        ///< method, visual_start, dense terms, motion_prior, self_calibration
   TrackingOptions tracking; ///< of F2M_ICP and VISUAL_ICP
   TSDFOptions volume;       ///< from which the mesh is made
   MeshOptions mesh;
@@ -149,7 +149,7 @@ private:
  *  images are treated in an order that follows from their content alone. Time stamps give
  *  the camera's motion, of which rolling shutter and delay of depth follow; where the dataset
  *  isOrdered(), also which images are likely to match, a first guess where there is no visual
- *  evidence, and MapperOptions::motion_prior. Frames that cannot be read are skipped and named.
+ *  evidence, and RefinementOptions::motion_prior. Frames that cannot be read are skipped and named.
  *  \throws pcl::BadArgumentException for invalid options or an empty dataset. */
 BUNDLE_ICP_EXPORT ReconstructionResult
 reconstruct(const RGBDDataset& dataset, const ReconstructionOptions& options = {},

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
-#include "python_random.h"
+#include "evaluation/python_random.h"
 
 #include <algorithm>
 #include <array>

@@ -2,8 +2,8 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include <bundle_icp/evaluation/trajectory_error.h>
 
-#include "io/association.h"
-#include "python_random.h"
+#include "evaluation/python_random.h"
+#include "io/recordings/association.h"
 
 #include <Eigen/Geometry>
 

@@ -2,7 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include <bundle_icp/io/calibration_io.h>
 
-#include "text_file.h"
+#include "io/text_file.h"
 
 #include <bundle_icp/io/atomic_file.h>
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
-#include "image_file.h"
+#include "io/image_file.h"
 
-#include "text_file.h"
+#include "io/text_file.h"
 
 #include <opencv2/imgcodecs.hpp>
 

@@ -2,7 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include <bundle_icp/io/rgbd_dataset.h>
 
-#include "dataset_formats.h"
+#include "io/recordings/dataset_formats.h"
 
 #include <boost/filesystem.hpp>
 #include <pcl/exceptions.h>

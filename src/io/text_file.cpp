@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
-#include "text_file.h"
+#include "io/text_file.h"
 
 #include <pcl/exceptions.h>
 

@@ -3,7 +3,7 @@
 #include <bundle_icp/io/atomic_file.h>
 #include <bundle_icp/io/trajectory.h>
 
-#include "text_file.h"
+#include "io/text_file.h"
 
 #include <pcl/exceptions.h>
 

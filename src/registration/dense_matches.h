@@ -2,7 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #pragma once
 
-#include "target_grid.h"
+#include "registration/target_grid.h"
 
 #include <vector>
 

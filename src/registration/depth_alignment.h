@@ -3,7 +3,7 @@
 #pragma once
 
 #include <bundle_icp/registration/point_alignment.h>
-#include <bundle_icp/registration/virtual_depth.h>
+#include <bundle_icp/virtual_depth/virtual_depth.h>
 
 #include <memory>
 #include <vector>

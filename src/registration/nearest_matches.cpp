@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
-#include "nearest_matches.h"
+#include "registration/nearest_matches.h"
 
 #include "common/parallel.h"
 

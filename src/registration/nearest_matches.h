@@ -2,7 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #pragma once
 
-#include "dense_matches.h"
+#include "registration/dense_matches.h"
 
 namespace bundle_icp {
 

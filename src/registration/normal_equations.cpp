@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
-#include "normal_equations.h"
+#include "registration/normal_equations.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>

@@ -2,9 +2,9 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include <bundle_icp/registration/point_alignment.h>
 
-#include "nearest_matches.h"
-#include "normal_equations.h"
-#include "target_grid.h"
+#include "registration/nearest_matches.h"
+#include "registration/normal_equations.h"
+#include "registration/target_grid.h"
 
 #include <pcl/console/print.h>
 

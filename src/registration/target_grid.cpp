@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
-#include "target_grid.h"
+#include "registration/target_grid.h"
 
-#include <bundle_icp/registration/virtual_depth.h>
+#include <bundle_icp/virtual_depth/virtual_depth.h>
 
 #include <algorithm>
 #include <cmath>

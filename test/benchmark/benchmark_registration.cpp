@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Virtual depth and registration at 640 x 480.
 #include <bundle_icp/registration/bundle_icp.h>
-#include <bundle_icp/registration/virtual_depth.h>
 #include <bundle_icp/simulation/synthetic_scan.h>
+#include <bundle_icp/virtual_depth/virtual_depth.h>
 
 #include <benchmark/benchmark.h>
 

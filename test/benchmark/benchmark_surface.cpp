@@ -10,7 +10,7 @@
 //
 // Each SCAN is a recording with true poses.
 #include <bundle_icp/io/rgbd_dataset.h>
-#include <bundle_icp/surface/tsdf_marching_cubes.h>
+#include <bundle_icp/volume/tsdf_marching_cubes.h>
 
 #include <benchmark/benchmark.h>
 #include <pcl/point_types.h>

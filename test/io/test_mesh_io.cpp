@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include <bundle_icp/io/mesh_io.h>
-#include <bundle_icp/surface/surface_mesh.h>
+#include <bundle_icp/mesh/surface_mesh.h>
 
 #include "messages.h"
 #include "temporary_folder.h"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bundle_icp/registration/virtual_depth.h>
 #include <bundle_icp/simulation/synthetic_scan.h>
+#include <bundle_icp/virtual_depth/virtual_depth.h>
 
 #include <cmath>
 #include <limits>

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#pragma once
+
+#include <bundle_icp/adjustment/bundle_adjustment.h>
+
+#include "adjustment/residuals.h"
+
+#include <algorithm>
+#include <memory>
+#include <utility>
+#include <vector>
+
+namespace bundle_icp {
+
+/** The unknowns of an adjustment; poses and depth errors by AdjustmentTerms::images, points by its
+ *  points. */
+struct AdjustmentState {
+  std::vector<PoseBlock> poses;
+  std::vector<DepthError> depth_errors;
+  std::vector<Eigen::Vector3d> points;
+  CalibrationVector calibration;
+};
+
+/** An image that takes part. */
+struct AdjustedImage {
+  std::size_t image;
+  bool pose_moves;
+  bool depth_error_moves;
+  ImageMeasurement measurement;
+};
+
+/** An observation that takes part. */
+struct AdjustedObservation {
+  int image; ///< index into AdjustmentTerms::images
+  int point; ///< index into AdjustmentTerms::points
+  ObservationResiduals residuals;
+};
+
+/** A dense term between images that take part. */
+struct AdjustedPair {
+  int first, second; ///< indices into AdjustmentTerms::images
+  std::unique_ptr<RelativePoseResidual> residual;
+};
+
+/** All terms of one adjustment: what is observed, and by which images. */
+class AdjustmentTerms {
+public:
+  /** \throws pcl::BadArgumentException for images that are not registered. */
+  AdjustmentTerms(const ImageGraph& graph, const BundleAdjustmentProblem& problem,
+                  const BundleAdjustmentOptions& options, const SparseModel& model);
+
+  AdjustmentState
+  initialState(const SparseModel& model) const;
+
+  void
+  writeBack(const AdjustmentState& state, SparseModel& model) const;
+
+  /** Half the sum of the squared residuals, those of observations under the robust loss. */
+  double
+  cost(const AdjustmentState& state, int num_threads) const;
+
+  /** Without what does not move. */
+  ObservationRows
+  linearise(const AdjustedObservation& observation, const AdjustmentState& state) const;
+
+  std::size_t
+  numResiduals() const;
+
+  /** Tasks for threads: sums over a chunk of points do not depend on how many there are. */
+  std::size_t
+  numChunks() const
+  {
+    return (points.size() + CHUNK - 1) / CHUNK;
+  }
+
+  /** First point of a chunk, and one past the last. */
+  std::pair<std::size_t, std::size_t>
+  pointsOf(std::size_t chunk) const
+  {
+    return {chunk * CHUNK, std::min(points.size(), (chunk + 1) * CHUNK)};
+  }
+
+  /** Prior standard deviations of the number of a DepthError, all the same. */
+  double
+  depthErrorDeviation() const
+  {
+    return options_.depth_error_deviation;
+  }
+
+  std::vector<AdjustedImage> images;             ///< those that move first
+  std::size_t num_moving = 0;                    ///< images with any unknown
+  std::vector<std::size_t> points;               ///< of the model
+  std::vector<AdjustedObservation> observations; ///< by point
+  std::vector<std::size_t> first_observation;    ///< of each point, and one past the last
+  std::vector<AdjustedPair> pairs;
+  std::vector<int> calibrated; ///< parameters that move, ascending
+
+private:
+  static constexpr std::size_t CHUNK = 128;
+
+  void
+  addImages(const BundleAdjustmentProblem& problem, const SparseModel& model);
+
+  void
+  addObservations(const BundleAdjustmentProblem& problem, const SparseModel& model);
+
+  const ImageGraph& graph_;
+  const BundleAdjustmentOptions& options_;
+};
+
+} // namespace bundle_icp

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#include "io/recordings/dataset_formats.h"
+#include "io/text_file.h"
+
+#include <pcl/exceptions.h>
+
+#include <boost/filesystem.hpp>
+
+#include <array>
+#include <map>
+
+namespace bundle_icp {
+
+namespace fs = boost::filesystem;
+
+namespace {
+
+// "frame-000012.color.png": 12 when the name has that form and the kind, else nothing.
+std::optional<std::size_t>
+frameNumber(const fs::path& file, const std::string& kind)
+{
+  const std::string name = file.filename().string(), start = "frame-";
+  const std::size_t end = name.find("." + kind + ".");
+  if (name.compare(0, start.size(), start) != 0 || end == std::string::npos)
+    return std::nullopt;
+  const std::string digits = name.substr(start.size(), end - start.size());
+  if (digits.empty() || digits.size() > 18 ||
+      digits.find_first_not_of("0123456789") != std::string::npos)
+    return std::nullopt;
+  return std::stoull(digits);
+}
+
+void
+collectFrames(const std::string& folder, Recording& recording)
+{
+  std::map<std::size_t, RecordedFrame> frames;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+    if (const auto number = frameNumber(entry.path(), "color"))
+      frames[*number].color_file = entry.path().string();
+    else if (const auto depth_number = frameNumber(entry.path(), "depth"))
+      frames[*depth_number].depth_file = entry.path().string();
+  }
+  for (auto& [number, frame] : frames) {
+    frame.id = number;
+    frame.timestamp = number / 30.0;
+    if (frame.depth_file.empty())
+      recording.skipped.push_back({frame.color_file, "has no depth image of its number"});
+    else if (frame.color_file.empty())
+      recording.skipped.push_back({frame.depth_file, "has no colour image of its number"});
+    else
+      recording.frames.push_back(frame);
+  }
+  if (recording.frames.empty())
+    throw pcl::IOException(folder + ": no frame has both a colour and a depth image");
+}
+
+// The numbers of a file that holds one matrix.
+std::vector<double>
+readMatrix(const std::string& path, std::size_t size)
+{
+  std::vector<double> values;
+  for (const TextLine& line : readTextLines(path))
+    for (const double value : parseNumbers(line, path))
+      values.push_back(value);
+  if (values.size() != size)
+    throw pcl::IOException(path + ": " + std::to_string(values.size()) + " numbers; expected " +
+                           std::to_string(size));
+  return values;
+}
+
+void
+findCalibration(const std::string& folder, Recording& recording)
+{
+  // 3DMatch keeps one file for all runs of a scene, in the folder above them.
+  const fs::path absolute = fs::canonical(folder);
+  for (const fs::path& place : {absolute, absolute.parent_path()}) {
+    const fs::path file = place / "camera-intrinsics.txt";
+    if (recording.intrinsics || !fs::exists(file))
+      continue;
+    const std::vector<double> k = readMatrix(file.string(), 9);
+    recording.intrinsics.emplace();
+    recording.intrinsics->fx = k[0];
+    recording.intrinsics->fy = k[4];
+    recording.intrinsics->cx = k[2];
+    recording.intrinsics->cy = k[5];
+    recording.intrinsics_source = file.string();
+  }
+  if (!recording.intrinsics) {
+    recording.intrinsics = parseIntrinsics("585,585,320,240");
+    recording.intrinsics->width = 640;
+    recording.intrinsics->height = 480;
+    recording.intrinsics_source = "the format (7-Scenes)";
+  }
+}
+
+void
+readPoses(const std::string& folder, Recording& recording)
+{
+  for (const RecordedFrame& frame : recording.frames) {
+    const std::string color = fs::path(frame.color_file).filename().string();
+    const fs::path file = fs::path(folder) / (color.substr(0, color.find('.')) + ".pose.txt");
+    if (!fs::exists(file))
+      continue;
+    try {
+      const std::vector<double> values = readMatrix(file.string(), 16);
+      const Eigen::Matrix4d matrix =
+          Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(values.data());
+      // KinectFusion's rotations, printed with few digits, are only nearly orthonormal.
+      if (!isRigid(matrix, 1e-2))
+        throw pcl::IOException(file.string() + ": the pose is not a rigid motion");
+      recording.ground_truth.push_back({frame.timestamp, closestPose(matrix)});
+    }
+    catch (const pcl::IOException& error) {
+      recording.skipped.push_back({file.string(), messageOf(error)});
+    }
+  }
+}
+
+} // namespace
+
+bool
+isSevenScenesFolder(const std::string& folder)
+{
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder))
+    if (frameNumber(entry.path(), "color"))
+      return true;
+  return false;
+}
+
+Recording
+readSevenScenesFolder(const std::string& folder)
+{
+  Recording recording;
+  recording.format = "7-Scenes";
+  recording.is_seven_scenes = true;
+  recording.depth_scale = 1000;
+  collectFrames(folder, recording);
+  findCalibration(folder, recording);
+  readPoses(folder, recording);
+  return recording;
+}
+
+} // namespace bundle_icp

@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#include "mapping/component_adjustment.h"
+
+#include "common/parallel.h"
+#include "mapping/frame_motions.h"
+#include "mapping/guided_matching.h"
+#include "refinement/trajectory_smoothing.h"
+
+#include <algorithm>
+
+namespace bundle_icp {
+namespace {
+
+/** Rounds of adjustment and outlier removal that end a component. */
+constexpr int FINAL_ROUNDS = 2;
+/** Fewer images do not tell how smoothly the camera moves. */
+constexpr std::size_t MIN_FOR_MOTION_PRIOR = 20;
+
+} // namespace
+
+std::vector<RelativePoseTerm>
+ComponentAdjuster::denseTerms(const SparseModel& model,
+                              const std::vector<std::size_t>& images) const
+{
+  std::vector<std::pair<std::size_t, std::size_t>> pairs;
+  for (const std::size_t image : images) {
+    std::size_t count = 0;
+    for (const Neighbour& neighbour :
+         registrar_.registeredNeighbours(model, image, model.component(image))) {
+      if (count == num_dense_neighbours_)
+        break;
+      if (!graph_.isKey(neighbour.image))
+        continue;
+      ++count;
+      pairs.emplace_back(std::min(image, neighbour.image), std::max(image, neighbour.image));
+    }
+  }
+  std::sort(pairs.begin(), pairs.end());
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+  std::vector<std::optional<RelativePoseTerm>> slots(pairs.size());
+  parallelFor(pairs.size(), options_.num_threads, {}, [&](std::size_t k) {
+    slots[k] = registrar_.registerPair(model, pairs[k].first, pairs[k].second);
+  });
+  std::vector<RelativePoseTerm> terms;
+  for (const auto& slot : slots)
+    if (slot)
+      terms.push_back(*slot);
+  return terms;
+}
+
+/** Motions from the poses of all images, of those that are not registered yet from their visual
+ *  poses: key images alone are too far apart in time. */
+void
+ComponentAdjuster::findMotions(SparseModel& model, int component) const
+{
+  SparseModel placed = model;
+  std::vector<std::size_t> others;
+  for (std::size_t i = 0; i < graph_.size(); ++i)
+    if (!model.isRegistered(i) && model.visibility(graph_, i, component) > 0 &&
+        graph_.exclusion(i).empty())
+      others.push_back(i);
+  std::vector<FrameRegistration> slots(others.size());
+  parallelFor(others.size(), options_.num_threads, {}, [&](std::size_t k) {
+    slots[k] =
+        registrar_.registerVisually(model, registrar_.newFrame(model, others[k], component, 1));
+  });
+  for (std::size_t k = 0; k < others.size(); ++k)
+    if (slots[k].report.registered)
+      placed.registerImage(others[k], slots[k].world_from_camera, component);
+  estimateMotions(graph_, component, placed);
+  for (const std::size_t image : placed.registeredImages(component))
+    model.setMotion(image, placed.motion(image));
+}
+
+/** Self-calibration, in the first component that is large enough for it. */
+void
+ComponentAdjuster::calibrate(SparseModel& model, int component)
+{
+  const std::vector<std::size_t> keys = keyImages(model, component);
+  const bool moving = model.calibration()[CalibrationParameter::READOUT] != 0 ||
+                      model.calibration()[CalibrationParameter::TIME_OFFSET] != 0;
+  const bool tests = options_.refinement.self_calibration && calibrated_component_ < 0 &&
+                     keys.size() >= options_.refinement.calibration_test.min_images;
+  if (!moving && !tests)
+    return;
+  adjustInBetween(model, component);
+  findMotions(model, component);
+  if (!tests)
+    return;
+  SelfCalibrationOptions test = options_.refinement.calibration_test;
+  test.num_threads = options_.num_threads;
+  self_calibration_ = selfCalibrate(graph_, keys, options_.adjustment, test, model);
+  if (options_.refinement.calibration_test.depth_errors) {
+    registrar_.setDepthErrors(self_calibration_.depth_errors);
+    if (!self_calibration_.depth_errors && options_.refinement.num_dense_neighbours > 0)
+      num_dense_neighbours_ = options_.refinement.num_exact_dense_neighbours;
+  }
+  calibrated_component_ = component;
+}
+
+std::vector<std::size_t>
+ComponentAdjuster::keyImages(const SparseModel& model, int component) const
+{
+  std::vector<std::size_t> keys;
+  for (const std::size_t image : model.registeredImages(component))
+    if (graph_.isKey(image))
+      keys.push_back(image);
+  return keys;
+}
+
+void
+ComponentAdjuster::adjustInBetween(SparseModel& model, int component)
+{
+  adjust(model, component, INTERMEDIATE_ITERATIONS, false);
+}
+
+void
+ComponentAdjuster::adjustFinally(SparseModel& model, int component)
+{
+  adjust(model, component, options_.adjustment.max_iterations, true);
+}
+
+/** Global bundle adjustment over the key images of a component; `dense` makes it the final
+ *  one, with all evidence and outliers removed in between. */
+void
+ComponentAdjuster::adjust(SparseModel& model, int component, int max_iterations, bool dense)
+{
+  BundleAdjustmentProblem problem;
+  problem.variable = keyImages(model, component);
+  BundleAdjustmentOptions options = options_.adjustment;
+  problem.depth_errors = self_calibration_.depth_errors;
+  if (component == calibrated_component_)
+    problem.calibrated = self_calibration_.calibrated;
+  const int rounds = !options_.schedule.global_adjustment ? 0 : dense ? FINAL_ROUNDS : 1;
+  dense_terms_.clear();
+  for (int round = 0; round < rounds; ++round) {
+    if (dense && round > 0 && num_dense_neighbours_ > 0)
+      dense_terms_ = denseTerms(model, problem.variable);
+    // Another round with the dense terms follows: this one need not settle.
+    const bool is_last = round + 1 == rounds;
+    options.max_iterations =
+        is_last ? max_iterations : std::min(max_iterations, INTERMEDIATE_ITERATIONS);
+    problem.relative_poses = dense_terms_;
+    adjustBundle(graph_, problem, options, model);
+    model.removeOutliers(graph_, options_.tracks);
+    if (dense)
+      for (const std::size_t image : problem.variable)
+        model.extendTracks(graph_, image, options_.tracks);
+    if (dense && !is_last)
+      matchByPrediction(graph_, problem.variable, options_.tracks, options_.num_threads, model);
+  }
+}
+
+/** Each image was registered on its own, and the errors of neighbours in time are independent;
+ *  the motion between them is not. */
+void
+ComponentAdjuster::applyMotionPrior(SparseModel& model, int component,
+                                    const std::vector<std::optional<Matrix6d>>& covariances) const
+{
+  if (!options_.refinement.motion_prior || !options_.schedule.ordered_in_time)
+    return;
+  const std::vector<std::size_t> images = byTime(graph_, model.registeredImages(component));
+  if (images.size() < MIN_FOR_MOTION_PRIOR)
+    return;
+  std::vector<PoseMeasurement> measurements(images.size());
+  parallelFor(images.size(), options_.num_threads, {}, [&](std::size_t k) {
+    const std::optional<Matrix6d>& covariance = covariances[images[k]];
+    measurements[k] = {graph_.timestamp(images[k]), model.worldFromCamera(images[k]),
+                       covariance ? *covariance
+                                  : registrar_.poseCovariance(model, images[k], dense_terms_)};
+  });
+  const std::vector<Pose> poses = smoothTrajectory(measurements, estimateMotionPrior(measurements));
+  for (std::size_t k = 0; k < images.size(); ++k)
+    model.setWorldFromCamera(images[k], poses[k]);
+}
+
+} // namespace bundle_icp

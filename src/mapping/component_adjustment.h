@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#pragma once
+
+#include "registration/frame_registrar.h"
+
+#include <bundle_icp/mapping/incremental_mapper.h>
+
+#include <optional>
+#include <vector>
+
+namespace bundle_icp {
+
+/** What is done to a component as a whole: self-calibration, global adjustment with all evidence,
+ *  and the motion prior. */
+class ComponentAdjuster {
+public:
+  /** Iterations of the adjustments in between: the model will change again. */
+  static constexpr int INTERMEDIATE_ITERATIONS = 3;
+
+  ComponentAdjuster(const ImageGraph& graph, FrameRegistrar& registrar,
+                    const MapperOptions& options)
+  : graph_(graph), registrar_(registrar), options_(options),
+    num_dense_neighbours_(options.refinement.num_dense_neighbours)
+  {
+  }
+
+  /** Adjusts the key images of a component that still grows. */
+  void
+  adjustInBetween(SparseModel& model, int component);
+
+  /** Self-calibration, in the first component that is large enough for it. Tells the registrar what
+   *  it found about depth errors. */
+  void
+  calibrate(SparseModel& model, int component);
+
+  /** Adjusts the key images with all evidence, outliers removed in between. */
+  void
+  adjustFinally(SparseModel& model, int component);
+
+  /** Moves the images of a component to their most likely poses, given how smoothly the camera
+   *  moves.
+   *  \param covariances by image, of poses that were found on their own; unset for those that
+   *  were adjusted with the others */
+  void
+  applyMotionPrior(SparseModel& model, int component,
+                   const std::vector<std::optional<Matrix6d>>& covariances) const;
+
+  /** Which corrections were tested, and which applied. */
+  const SelfCalibrationResult&
+  selfCalibration() const
+  {
+    return self_calibration_;
+  }
+
+private:
+  std::vector<std::size_t>
+  keyImages(const SparseModel& model, int component) const;
+  void
+  findMotions(SparseModel& model, int component) const;
+  void
+  adjust(SparseModel& model, int component, int max_iterations, bool dense);
+  std::vector<RelativePoseTerm>
+  denseTerms(const SparseModel& model, const std::vector<std::size_t>& images) const;
+
+  const ImageGraph& graph_;
+  FrameRegistrar& registrar_;
+  const MapperOptions& options_;
+  SelfCalibrationResult self_calibration_;
+  std::size_t num_dense_neighbours_;
+  std::vector<RelativePoseTerm> dense_terms_; ///< of the last adjustment
+  int calibrated_component_ = -1;             ///< the one that the calibration was found in
+};
+
+} // namespace bundle_icp

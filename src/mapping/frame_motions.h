@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#pragma once
+
+#include <bundle_icp/model/sparse_model.h>
+
+namespace bundle_icp {
+
+/** Images in the order of their time stamps. */
+std::vector<std::size_t>
+byTime(const ImageGraph& graph, std::vector<std::size_t> images);
+
+/** Pose of `image` if the camera goes on as it did from image `before` to image `last`; that of
+ *  `last` where stamps do not tell how far. */
+Pose
+extrapolatedPose(const ImageGraph& graph, const SparseModel& model, std::size_t before,
+                 std::size_t last, std::size_t image);
+
+/** Sets SparseModel::motion() of the registered images of a component from the poses of their
+ *  neighbours in time: the slope of a polynomial through the nearest one or two on either
+ *  side. Images without neighbours within 0.8 s do not move, as far as is known. */
+void
+estimateMotions(const ImageGraph& graph, int component, SparseModel& model);
+
+} // namespace bundle_icp

@@ -1,0 +1,405 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#include <bundle_icp/mapping/incremental_mapper.h>
+
+#include "common/parallel.h"
+#include "mapping/component_adjustment.h"
+#include "mapping/frame_motions.h"
+#include "refinement/false_connections.h"
+
+#include <pcl/exceptions.h>
+
+#include <algorithm>
+#include <numeric>
+#include <optional>
+
+namespace bundle_icp {
+namespace {
+
+/** Images that hold a local adjustment in place. */
+constexpr std::size_t NUM_HELD = 10;
+/** A component of so many images is adjusted for the first time. */
+constexpr double FIRST_ADJUSTMENT = 8;
+/** Rounds of growth and correction of a component. */
+constexpr int MAX_CORRECTIONS = 4;
+
+} // namespace
+
+class IncrementalMapper::Impl {
+public:
+  Impl(const ImageGraph& graph, DepthViewProvider depth_views, const MapperOptions& options)
+  : registrations_(graph.size()), graph_(graph), depth_views_(std::move(depth_views)),
+    options_(withThreads(options)),
+    registrar_(graph_, depth_views_, options_.registration, options_.adjustment),
+    visibility_(graph.size()), covariances_(graph.size()), adjuster_(graph_, registrar_, options_)
+  {
+  }
+
+  bool
+  run(SparseModel& model, const ProgressCallback& progress);
+
+  const SelfCalibrationResult&
+  selfCalibration() const
+  {
+    return adjuster_.selfCalibration();
+  }
+
+  std::vector<ImageRegistration> registrations_;
+
+private:
+  static MapperOptions
+  withThreads(MapperOptions options)
+  {
+    options.adjustment.num_threads = options.num_threads;
+    return options;
+  }
+  bool
+  registerComponents(SparseModel& model);
+  void
+  numberBySize(SparseModel& model) const;
+  bool
+  initialise(SparseModel& model, int component);
+  bool
+  growKeyImages(SparseModel& model, int component);
+  bool
+  grow(SparseModel& model, int component, bool keys_only);
+  std::vector<std::size_t>
+  nextImages(const SparseModel& model, bool keys_only) const;
+  std::vector<FrameRegistration>
+  registerFrames(const SparseModel& model, const std::vector<std::size_t>& frames,
+                 int component) const;
+  void
+  addToModel(SparseModel& model, std::size_t image, const FrameRegistration& registration,
+             int component);
+  void
+  adjust(SparseModel& model, const std::vector<std::size_t>& added, int component,
+         double& next_adjustment);
+  void
+  updateVisibility(const SparseModel& model, std::size_t image, int component);
+  void
+  updateVisibilities(const SparseModel& model, int component);
+  void
+  registerByTime(SparseModel& model, int component);
+  void
+  registerInOrder(SparseModel& model, int component, const std::vector<std::size_t>& order);
+  bool
+  report(const SparseModel& model) const;
+
+  const ImageGraph& graph_;
+  const DepthViewProvider depth_views_;
+  const MapperOptions options_;
+  FrameRegistrar registrar_;
+  /** V of equation (4) for the component that grows. */
+  std::vector<std::size_t> visibility_;
+  std::vector<char> failed_;
+  /** Of poses that were found on their own, not adjusted with the others. */
+  std::vector<std::optional<Matrix6d>> covariances_;
+  ComponentAdjuster adjuster_;
+  ProgressCallback progress_;
+};
+
+IncrementalMapper::IncrementalMapper(const ImageGraph& graph, DepthViewProvider depth_views,
+                                     const MapperOptions& options)
+{
+  std::string error;
+  if (!options.isValid(&error))
+    throw pcl::BadArgumentException("IncrementalMapper: " + error);
+  impl_ = std::make_unique<Impl>(graph, std::move(depth_views), options);
+}
+
+IncrementalMapper::~IncrementalMapper() = default;
+
+bool
+IncrementalMapper::run(SparseModel& model, const ProgressCallback& progress)
+{
+  return impl_->run(model, progress);
+}
+
+const SelfCalibrationResult&
+IncrementalMapper::selfCalibration() const
+{
+  return impl_->selfCalibration();
+}
+
+const std::vector<ImageRegistration>&
+IncrementalMapper::registrations() const
+{
+  return impl_->registrations_;
+}
+
+bool
+IncrementalMapper::Impl::run(SparseModel& model, const ProgressCallback& progress)
+{
+  progress_ = progress;
+  model.resize(graph_.size());
+  model.setCalibration(options_.refinement.calibration);
+  for (std::size_t i = 0; i < graph_.size(); ++i)
+    registrations_[i].reason = graph_.exclusion(i);
+  const bool completed = registerComponents(model);
+  numberBySize(model);
+  return completed;
+}
+
+bool
+IncrementalMapper::Impl::registerComponents(SparseModel& model)
+{
+  for (int component = 0; initialise(model, component); ++component) {
+    if (!growKeyImages(model, component))
+      return false;
+    adjuster_.calibrate(model, component);
+    adjuster_.adjustFinally(model, component);
+    updateVisibilities(model, component);
+    // Images that only look like others: registered against the finished model
+    if (!grow(model, component, false))
+      return false;
+    registerByTime(model, component);
+    adjuster_.applyMotionPrior(model, component, covariances_);
+  }
+  return true;
+}
+
+/** Components grow in the order of their best connected image, which is not that of their size. */
+void
+IncrementalMapper::Impl::numberBySize(SparseModel& model) const
+{
+  std::vector<std::vector<std::size_t>> components;
+  for (int component = 0; !model.registeredImages(component).empty(); ++component)
+    components.push_back(model.registeredImages(component));
+  std::stable_sort(components.begin(), components.end(),
+                   [](const auto& a, const auto& b) { return a.size() > b.size(); });
+  for (std::size_t c = 0; c < components.size(); ++c)
+    for (const std::size_t image : components[c])
+      model.registerImage(image, model.worldFromCamera(image), int(c));
+}
+
+bool
+IncrementalMapper::Impl::report(const SparseModel& model) const
+{
+  return !progress_ || progress_({"registration", model.registeredImages().size(), graph_.size()});
+}
+
+/** First pair: the strongest edge of the image with the highest Cor. */
+bool
+IncrementalMapper::Impl::initialise(SparseModel& model, int component)
+{
+  const auto is_free = [&](std::size_t i) {
+    return !model.isRegistered(i) && graph_.isKey(i) && graph_.exclusion(i).empty();
+  };
+  std::vector<std::size_t> seeds;
+  for (std::size_t i = 0; i < graph_.size(); ++i)
+    if (is_free(i))
+      seeds.push_back(i);
+  std::stable_sort(seeds.begin(), seeds.end(), [this](std::size_t a, std::size_t b) {
+    return graph_.correspondences(a) > graph_.correspondences(b);
+  });
+  for (const std::size_t seed : seeds) {
+    ImageEdge strongest;
+    for (const ImageEdge& edge : graph_.edges(seed))
+      if (is_free(edge.neighbour) &&
+          (!strongest.pair || edge.pair->matches.size() > strongest.pair->matches.size()))
+        strongest = edge;
+    if (!strongest.pair)
+      continue;
+    model.registerImage(graph_, seed, Pose::Identity(), component, options_.tracks);
+    const FrameRegistration second = registrar_.bundleICP(
+        model, registrar_.newFrame(model, strongest.neighbour, component, options_.num_threads));
+    if (!second.report.registered) {
+      model.registerImage(seed, Pose::Identity(), -1);
+      continue;
+    }
+    registrations_[seed] = registrations_[strongest.neighbour] = second.report;
+    model.registerImage(graph_, strongest.neighbour, second.world_from_camera, component,
+                        options_.tracks);
+    for (std::size_t i = 0; i < graph_.size(); ++i)
+      visibility_[i] = 0;
+    updateVisibility(model, seed, component);
+    updateVisibility(model, strongest.neighbour, component);
+    return true;
+  }
+  return false;
+}
+
+/** Registering an image changes the visibility of those that it shares an edge with. */
+void
+IncrementalMapper::Impl::updateVisibility(const SparseModel& model, std::size_t image,
+                                          int component)
+{
+  for (const ImageEdge& edge : graph_.edges(image))
+    if (!model.isRegistered(edge.neighbour))
+      visibility_[edge.neighbour] = model.visibility(graph_, edge.neighbour, component);
+}
+
+/** The images of highest visibility, best first, at most a batch. */
+std::vector<std::size_t>
+IncrementalMapper::Impl::nextImages(const SparseModel& model, bool keys_only) const
+{
+  std::vector<std::size_t> images;
+  for (std::size_t i = 0; i < graph_.size(); ++i)
+    if (!model.isRegistered(i) && !failed_[i] && visibility_[i] > 0 &&
+        (!keys_only || graph_.isKey(i)) && graph_.exclusion(i).empty())
+      images.push_back(i);
+  std::stable_sort(images.begin(), images.end(), [this](std::size_t a, std::size_t b) {
+    return visibility_[a] > visibility_[b];
+  });
+  std::size_t count = std::min(options_.schedule.batch_size, images.size());
+  // An image that is much better connected should not wait for the others' failures, nor they
+  // be tried before it has extended the model.
+  while (count > 1 && 2 * visibility_[images[count - 1]] < visibility_[images[0]])
+    --count;
+  images.resize(count);
+  return images;
+}
+
+/** Bundle ICP for frames that are independent of each other. */
+std::vector<FrameRegistration>
+IncrementalMapper::Impl::registerFrames(const SparseModel& model,
+                                        const std::vector<std::size_t>& frames, int component) const
+{
+  std::vector<FrameRegistration> slots(frames.size());
+  const int inner = frames.size() == 1 ? options_.num_threads : 1;
+  parallelFor(frames.size(), options_.num_threads, {}, [&](std::size_t k) {
+    slots[k] = registrar_.bundleICP(model, registrar_.newFrame(model, frames[k], component, inner));
+  });
+  return slots;
+}
+
+/** Adds a frame with its points and updates V. */
+void
+IncrementalMapper::Impl::addToModel(SparseModel& model, std::size_t image,
+                                    const FrameRegistration& registration, int component)
+{
+  registrations_[image] = registration.report;
+  failed_[image] = !registration.report.registered;
+  if (failed_[image])
+    return;
+  if (graph_.isKey(image))
+    model.registerImage(graph_, image, registration.world_from_camera, component, options_.tracks);
+  else {
+    model.registerImage(image, registration.world_from_camera, component);
+    covariances_[image] = registration.covariance;
+  }
+  model.setDepthError(image, registration.depth_error);
+  updateVisibility(model, image, component);
+}
+
+/** Adjusts the frames around those that were just added, and all frames each time that the model
+ *  has grown by MappingSchedule::adjustment_growth. */
+void
+IncrementalMapper::Impl::adjust(SparseModel& model, const std::vector<std::size_t>& added,
+                                int component, double& next_adjustment)
+{
+  std::vector<std::size_t> keys;
+  for (const std::size_t image : added)
+    if (model.isRegistered(image) && graph_.isKey(image))
+      keys.push_back(image);
+  if (keys.empty())
+    return;
+  BundleAdjustmentOptions local = options_.adjustment;
+  local.max_iterations = ComponentAdjuster::INTERMEDIATE_ITERATIONS;
+  adjustLocally(graph_, keys, NUM_HELD, local, model);
+  const double size = double(model.registeredImages(component).size());
+  if (size < next_adjustment)
+    return;
+  adjuster_.adjustInBetween(model, component);
+  updateVisibilities(model, component);
+  next_adjustment = size * options_.schedule.adjustment_growth;
+}
+
+/** The loop of section 2.2: adds frames until none is left that can be added. */
+bool
+IncrementalMapper::Impl::grow(SparseModel& model, int component, bool keys_only)
+{
+  failed_.assign(graph_.size(), 0);
+  double next_adjustment = FIRST_ADJUSTMENT;
+  std::size_t size_at_failure = model.registeredImages(component).size();
+  while (true) {
+    // The next frames, by visibility V
+    const std::vector<std::size_t> next = nextImages(model, keys_only);
+    if (next.empty()) {
+      // Put back and tried again, once the model has grown
+      const std::size_t size = model.registeredImages(component).size();
+      if (size == size_at_failure)
+        return true;
+      size_at_failure = size;
+      failed_.assign(graph_.size(), 0);
+      continue;
+    }
+    const std::vector<FrameRegistration> registered = registerFrames(model, next, component);
+    for (std::size_t k = 0; k < next.size(); ++k)
+      addToModel(model, next[k], registered[k], component);
+    adjust(model, next, component, next_adjustment);
+    if (!report(model))
+      return false;
+  }
+}
+
+/** Until no false connection is left among them. */
+bool
+IncrementalMapper::Impl::growKeyImages(SparseModel& model, int component)
+{
+  for (int round = 0; round < MAX_CORRECTIONS; ++round) {
+    if (!grow(model, component, true))
+      return false;
+    if (correctFalseConnections(graph_, component, options_.tracks, options_.num_threads, model) ==
+        0)
+      break;
+    // What was registered from a wrong place is adjusted to the right one, and images that found no
+    // place between the two may find it now.
+    adjuster_.adjustInBetween(model, component);
+    updateVisibilities(model, component);
+  }
+  return true;
+}
+
+/** An adjustment may have changed the tracks of all images. */
+void
+IncrementalMapper::Impl::updateVisibilities(const SparseModel& model, int component)
+{
+  for (std::size_t i = 0; i < graph_.size(); ++i)
+    if (!model.isRegistered(i))
+      visibility_[i] = model.visibility(graph_, i, component);
+}
+
+/** Images without visual evidence start from their neighbours in time and let geometry
+ *  decide. */
+void
+IncrementalMapper::Impl::registerByTime(SparseModel& model, int component)
+{
+  if (!options_.schedule.ordered_in_time ||
+      options_.registration.method != FrameRegistrationMethod::BUNDLE_ICP)
+    return;
+  std::vector<std::size_t> all(graph_.size());
+  std::iota(all.begin(), all.end(), 0);
+  std::vector<std::size_t> order = byTime(graph_, std::move(all));
+  registerInOrder(model, component, order);
+  std::reverse(order.begin(), order.end());
+  registerInOrder(model, component, order);
+}
+
+/** Each image after the one before it, if that has a pose. */
+void
+IncrementalMapper::Impl::registerInOrder(SparseModel& model, int component,
+                                         const std::vector<std::size_t>& order)
+{
+  for (std::size_t k = 1; k < order.size(); ++k) {
+    const std::size_t image = order[k], last = order[k - 1];
+    if (model.isRegistered(image) || model.component(last) != component ||
+        registrations_[image].reason.rfind("blurred", 0) == 0)
+      continue;
+    Pose guess = model.worldFromCamera(last);
+    std::vector<Neighbour> neighbours{{last, 0}};
+    if (k >= 2 && model.component(order[k - 2]) == component) {
+      guess = extrapolatedPose(graph_, model, order[k - 2], last, image);
+      neighbours.push_back({order[k - 2], 0});
+    }
+    const FrameRegistration registration =
+        registrar_.bundleICP(model, {image, neighbours, guess, options_.num_threads});
+    registrations_[image] = registration.report;
+    if (!registration.report.registered)
+      continue;
+    covariances_[image] = registration.covariance;
+    model.registerImage(image, registration.world_from_camera, component);
+  }
+}
+
+} // namespace bundle_icp

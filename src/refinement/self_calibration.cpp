@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#include <bundle_icp/refinement/self_calibration.h>
+
+#include "common/parallel.h"
+
+#include <pcl/exceptions.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <set>
+
+namespace bundle_icp {
+namespace {
+
+using P = CalibrationParameter;
+
+/** Held-back observations have a hold on poses and points that were fitted to them, too: what is
+ *  left of it must be far less than the gains that are compared. */
+constexpr double FUNCTION_TOLERANCE = 1e-7;
+
+std::vector<CalibrationTest>
+candidates(const SelfCalibrationOptions& options)
+{
+  std::vector<CalibrationTest> tests;
+  if (options.depth_errors)
+    tests.push_back({"depth error of each image", {}});
+  if (options.camera)
+    tests.insert(tests.end(),
+                 {{"rolling shutter", {P::READOUT}},
+                  {"time offset of depth", {P::TIME_OFFSET}},
+                  {"focal length", {P::FOCAL_X, P::FOCAL_Y}},
+                  {"principal point", {P::CENTER_X, P::CENTER_Y}},
+                  {"radial distortion", {P::RADIAL_1, P::RADIAL_2}},
+                  {"depth bias", {P::DEPTH_BIAS}},
+                  {"depth tilt", {P::DEPTH_TILT_X, P::DEPTH_TILT_Y}},
+                  {"depth to colour alignment", {P::DEPTH_SHIFT_X, P::DEPTH_SHIFT_Y}}});
+  return tests;
+}
+
+/** Grows a set from the image with most observations by the one that shares most points with it. */
+std::vector<std::size_t>
+wellConnected(const SparseModel& model, const std::vector<std::size_t>& images, std::size_t count)
+{
+  const std::set<std::size_t> allowed(images.begin(), images.end());
+  std::vector<std::size_t> shared(model.numImages(), 0);
+  std::vector<std::vector<std::size_t>> points_of(model.numImages());
+  for (std::size_t p = 0; p < model.points().size(); ++p)
+    for (const Observation& o : model.points()[p].track)
+      if (allowed.count(o.image))
+        points_of[o.image].push_back(p);
+  std::vector<char> taken(model.numImages(), 0), seen(model.points().size(), 0);
+  std::vector<std::size_t> chosen;
+  const auto better = [&](std::size_t a, std::size_t b) {
+    return std::make_pair(shared[a], points_of[a].size()) >
+           std::make_pair(shared[b], points_of[b].size());
+  };
+  while (chosen.size() < std::min(count, images.size())) {
+    std::size_t best = model.numImages();
+    for (const std::size_t image : images)
+      if (!taken[image] && (best == model.numImages() || better(image, best)))
+        best = image;
+    taken[best] = 1;
+    chosen.push_back(best);
+    for (const std::size_t p : points_of[best]) {
+      if (seen[p])
+        continue;
+      seen[p] = 1;
+      for (const Observation& o : model.points()[p].track)
+        ++shared[o.image];
+    }
+  }
+  return chosen;
+}
+
+/** A correction tried on top of those applied so far. */
+struct Trial {
+  SparseModel model;
+  double gain = 0;
+  double significance = 0;
+};
+
+class SelfCalibration {
+public:
+  SelfCalibration(const ImageGraph& graph, const std::vector<std::size_t>& images,
+                  const BundleAdjustmentOptions& adjustment, const SelfCalibrationOptions& options)
+  : graph_(graph), adjustment_(adjustment), options_(options)
+  {
+    problem_.variable = images;
+    problem_.hold_back = true;
+    problem_.min_track_length = options.min_track_length;
+    adjustment_.max_iterations = options.max_iterations;
+    adjustment_.function_tolerance = std::min(adjustment_.function_tolerance, FUNCTION_TOLERANCE);
+  }
+
+  SelfCalibrationResult
+  run(SparseModel& model);
+
+private:
+  Trial
+  tryOut(const SparseModel& model, const CalibrationTest& test) const;
+
+  static void
+  add(const CalibrationTest& test, BundleAdjustmentProblem& problem)
+  {
+    problem.depth_errors |= test.parameters.empty();
+    problem.calibrated.insert(problem.calibrated.end(), test.parameters.begin(),
+                              test.parameters.end());
+  }
+
+  bool
+  passes(const CalibrationTest& test) const
+  {
+    return test.significance > options_.significance && test.gain > options_.min_gain;
+  }
+
+  const ImageGraph& graph_;
+  BundleAdjustmentOptions adjustment_;
+  const SelfCalibrationOptions& options_;
+  BundleAdjustmentProblem problem_; ///< with the corrections applied so far
+  std::vector<double> cost_;        ///< of held-back observations, with these
+};
+
+Trial
+SelfCalibration::tryOut(const SparseModel& model, const CalibrationTest& test) const
+{
+  Trial trial{model};
+  BundleAdjustmentProblem problem = problem_;
+  add(test, problem);
+  adjustBundle(graph_, problem, adjustment_, trial.model);
+  const std::vector<double> cost = heldBackCost(graph_, problem, adjustment_, trial.model);
+  // Observations of one image share its pose and are not independent: images count as samples.
+  double sum = 0, sum2 = 0, total = 0;
+  for (std::size_t i = 0; i < cost.size(); ++i) {
+    const double gain = cost_[i] - cost[i];
+    sum += gain;
+    sum2 += gain * gain;
+    total += cost_[i];
+  }
+  const double n = double(cost.size()), mean = sum / n;
+  const double variance = std::max(0.0, sum2 / n - mean * mean) / (n - 1);
+  trial.gain = total > 0 ? sum / total : 0;
+  trial.significance = variance > 0 ? mean / std::sqrt(variance) : 0;
+  return trial;
+}
+
+SelfCalibrationResult
+SelfCalibration::run(SparseModel& model)
+{
+  SelfCalibrationResult result;
+  result.tests = candidates(options_);
+  adjustBundle(graph_, problem_, adjustment_, model);
+  cost_ = heldBackCost(graph_, problem_, adjustment_, model);
+  while (true) {
+    std::vector<std::size_t> open;
+    for (std::size_t t = 0; t < result.tests.size(); ++t)
+      if (!result.tests[t].applied)
+        open.push_back(t);
+    std::vector<Trial> trials(open.size());
+    parallelFor(open.size(), options_.num_threads, {},
+                [&](std::size_t k) { trials[k] = tryOut(model, result.tests[open[k]]); });
+    std::size_t best = open.size();
+    for (std::size_t k = 0; k < open.size(); ++k) {
+      CalibrationTest& test = result.tests[open[k]];
+      test.gain = trials[k].gain;
+      test.significance = trials[k].significance;
+      if (passes(test) && (best == open.size() || trials[k].gain > trials[best].gain))
+        best = k;
+    }
+    if (best == open.size())
+      break;
+    CalibrationTest& test = result.tests[open[best]];
+    test.applied = true;
+    add(test, problem_);
+    model = std::move(trials[best].model);
+    cost_ = heldBackCost(graph_, problem_, adjustment_, model);
+  }
+  result.calibrated = problem_.calibrated;
+  result.depth_errors = problem_.depth_errors;
+  Calibration calibration = model.calibration();
+  calibration.deviations = calibrationDeviations(graph_, problem_, adjustment_, model);
+  model.setCalibration(calibration);
+  return result;
+}
+
+} // namespace
+
+bool
+SelfCalibrationOptions::isValid(std::string* error) const
+{
+  const char* reason = max_images < 2 || min_images < 2 ? "max_images and min_images must be >= 2"
+                       : min_track_length < 2           ? "min_track_length must be >= 2"
+                       : !(significance > 0)            ? "significance must be > 0"
+                       : !(min_gain >= 0)               ? "min_gain must be >= 0"
+                       : max_iterations < 1             ? "max_iterations must be >= 1"
+                       : num_threads < 0                ? "num_threads must be >= 0"
+                                                        : nullptr;
+  if (reason && error)
+    *error = reason;
+  return !reason;
+}
+
+SelfCalibrationResult
+selfCalibrate(const ImageGraph& graph, const std::vector<std::size_t>& images,
+              const BundleAdjustmentOptions& adjustment, const SelfCalibrationOptions& options,
+              SparseModel& model)
+{
+  std::string error;
+  if (!options.isValid(&error))
+    throw pcl::BadArgumentException("selfCalibrate: " + error);
+  SelfCalibrationResult untested;
+  untested.tests = candidates(options);
+  if (untested.tests.empty() || images.size() < options.min_images)
+    return untested;
+  return SelfCalibration(graph, wellConnected(model, images, options.max_images), adjustment,
+                         options)
+      .run(model);
+}
+
+} // namespace bundle_icp

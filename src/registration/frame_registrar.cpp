@@ -1,0 +1,373 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#include "registration/frame_registrar.h"
+
+#include "registration/pnp_pose.h"
+
+#include <opencv2/core.hpp>
+
+#include <algorithm>
+#include <iomanip>
+#include <set>
+#include <sstream>
+
+namespace bundle_icp {
+namespace {
+
+std::vector<cv::Point2d>
+pixelsOf(const Features& features, const std::vector<int>& indices)
+{
+  std::vector<cv::Point2d> pixels;
+  for (const int j : indices)
+    pixels.emplace_back(features.pixels[j].x(), features.pixels[j].y());
+  return pixels;
+}
+
+/** What an image's pixels share even of independent errors, since those of neighbouring pixels
+ *  are correlated: some thousand of them are independent. */
+constexpr double LEAST_SHARED_SIGMAS = 0.03;
+
+/** Depth is not aligned when it cannot lower any variance of the pose by more than this share. */
+constexpr double LEAST_DENSE_GAIN = 0.05;
+
+/** Standard deviations of the error that the pixels of an image share, by their mean depth [m]. */
+struct SharedError {
+  double shift; ///< [m]
+  double tilt;  ///< [rad]
+
+  SharedError(double mean_depth, const DepthNoise& noise, double sigmas)
+  : shift(sigmas * noise.sigma(mean_depth)), tilt(shift / mean_depth)
+  {
+  }
+};
+
+double
+meanDepth(const Features& features)
+{
+  double sum = 0;
+  std::size_t count = 0;
+  for (std::size_t j = 0; j < features.size(); ++j)
+    if (features.hasDepth(int(j))) {
+      sum += features.depths[j];
+      ++count;
+    }
+  return count ? sum / double(count) : 0;
+}
+
+/** Information on a pose from the depth of `num_images` images, given the information H that it
+ *  held if errors of pixels were independent, and C, the covariance of the error that an image's
+ *  pixels share: (H^-1 + n C)^-1, written so that H may be singular. */
+Matrix6d
+withSharedError(const Matrix6d& independent, const DepthView& view, const DepthNoise& noise,
+                double shared_sigmas, int num_images)
+{
+  const cv::Mat measured = view.depth == view.depth; // NaN differs from itself
+  const double z = std::max(cv::mean(view.depth, measured)[0], 0.1);
+  const SharedError shared(z, noise, shared_sigmas);
+  Vector6d precision; // of n C
+  precision << Eigen::Vector3d::Constant(1 / (shared.tilt * shared.tilt)),
+      Eigen::Vector3d::Constant(1 / (shared.shift * shared.shift));
+  precision /= num_images;
+  Matrix6d sum = independent;
+  sum.diagonal() += precision;
+  const Matrix6d result = independent - independent * sum.ldlt().solve(independent);
+  return 0.5 * (result + result.transpose());
+}
+
+/** Information of a dense term on motions of either image that are applied on the left of its pose
+ *  in the world, while the other stays: the adjoint of first_from_world takes them to the first
+ *  camera's frame, where the term holds its own. */
+Matrix6d
+informationInWorld(const RelativePoseTerm& term, const Pose& world_from_first)
+{
+  const Pose first_from_world = world_from_first.inverse();
+  Matrix6d adjoint = Matrix6d::Zero();
+  adjoint.topLeftCorner<3, 3>() = first_from_world.linear();
+  adjoint.bottomRightCorner<3, 3>() = first_from_world.linear();
+  adjoint.bottomLeftCorner<3, 3>() =
+      crossMatrix(first_from_world.translation()) * first_from_world.linear();
+  return adjoint.transpose() * term.information * adjoint;
+}
+
+/** With the sources in another frame. */
+VisualCorrespondences
+transformed(VisualCorrespondences matches, const Pose& new_from_old)
+{
+  for (Eigen::Vector3d& point : matches.source)
+    point = new_from_old * point;
+  return matches;
+}
+
+} // namespace
+
+void
+FrameRegistrar::setDepthErrors(bool depth_errors)
+{
+  depth_errors_ = depth_errors;
+  shared_depth_sigmas_ = depth_errors ? options_.shared_depth_sigmas
+                                      : std::min(LEAST_SHARED_SIGMAS, options_.shared_depth_sigmas);
+}
+
+std::vector<Neighbour>
+FrameRegistrar::registeredNeighbours(const SparseModel& model, std::size_t image,
+                                     int component) const
+{
+  std::vector<Neighbour> neighbours;
+  for (const ImageEdge& edge : graph_.edges(image))
+    if (model.component(edge.neighbour) == component)
+      neighbours.push_back({edge.neighbour, edge.pair->matches.size()});
+  std::stable_sort(neighbours.begin(), neighbours.end(),
+                   [](const Neighbour& a, const Neighbour& b) { return a.matches > b.matches; });
+  return neighbours;
+}
+
+NewFrame
+FrameRegistrar::newFrame(const SparseModel& model, std::size_t image, int component,
+                         int num_threads) const
+{
+  NewFrame frame{image, registeredNeighbours(model, image, component), {}, num_threads};
+  if (!options_.visual_start)
+    frame.guess = model.worldFromCamera(frame.neighbours.front().image);
+  return frame;
+}
+
+FrameRegistration
+FrameRegistrar::bundleICP(const SparseModel& model, const NewFrame& frame) const
+{
+  // 1: M_reg,new = Find Correspondence Point(I_reg, I_new)
+  const Correspondences matches = findCorrespondences(model, frame);
+  // 2: T*_new = argmin sum |T_i^w X_i,m - T_new^w X_new,n|^2
+  ImageRegistration report;
+  const std::optional<VisualPose> initial = initialPose(frame, matches, report);
+  if (!initial && !frame.guess)
+    return {{}, {}, {}, report};
+  const Pose start = initial ? initial->world_from_source : *frame.guess;
+  const FrameRegistration visual = adjusted(model, frame.image, matches, {start}, report);
+  if (initial && !canDepthImprove(frame.image, visual))
+    return visual;
+  // 3: I_vir^d = Virtual Depth(T*_new, I_reg^d), from where the camera was when depth was taken
+  const Pose depth_from_color = model.depthFromColor(frame.image);
+  const Pose depth_start = start * depth_from_color.inverse();
+  DepthAlignment alignment(depth_views_(frame.image, model),
+                           virtualDepthOptions(frame.num_threads));
+  showVirtualDepth(model, frame, depth_start, alignment);
+  if (initial)
+    alignment.setVisualEvidence(transformed(matches.points, depth_from_color), initial->scale);
+  // 4 to 7: until T*_new stays, A_a = Compute_Closest_Points(T*_new, I_vir^d, I_new^d) and
+  // T*_new = Optimized_Alignment(T*_new, I_vir^d, I_new^d)
+  const Alignment dense = alignPoints(alignment.problem(), depth_start);
+  // The verdict: what both say together, if depth says anything
+  report.icp_rmse = dense.result.rmse;
+  if (!isEvidence(dense.result, report))
+    return initial ? visual : FrameRegistration{{}, {}, {}, report};
+  return adjusted(model, frame.image, matches, denseEvidence(model, frame.image, dense.result),
+                  report);
+}
+
+FrameRegistration
+FrameRegistrar::registerVisually(const SparseModel& model, const NewFrame& frame) const
+{
+  const Correspondences matches = findCorrespondences(model, frame);
+  ImageRegistration report;
+  const std::optional<VisualPose> initial = initialPose(frame, matches, report);
+  if (!initial)
+    return {{}, {}, {}, report};
+  return adjusted(model, frame.image, matches, {initial->world_from_source}, report);
+}
+
+FrameRegistrar::Correspondences
+FrameRegistrar::findCorrespondences(const SparseModel& model, const NewFrame& frame) const
+{
+  Correspondences found;
+  if (frame.guess)
+    return found;
+  const std::size_t image = frame.image;
+  const Features& features = graph_.features(image);
+  std::set<std::size_t> wanted;
+  for (const Neighbour& neighbour : frame.neighbours)
+    wanted.insert(neighbour.image);
+  std::set<std::pair<int, int>> seen; // feature and point: several images show the same one
+  for (const ImageEdge& edge : graph_.edges(image)) {
+    if (!wanted.count(edge.neighbour))
+      continue;
+    const bool is_first = edge.pair->first == image;
+    const Features& others = graph_.features(edge.neighbour);
+    for (const FeatureMatch& match : edge.pair->matches) {
+      const int own = is_first ? match.first : match.second;
+      const int other = is_first ? match.second : match.first;
+      const int point = model.pointOf(edge.neighbour, other);
+      if (point >= 0 && !seen.insert({own, point}).second)
+        continue;
+      const double variance = pointVariance(features, own, graph_.camera());
+      double other_variance = pointVariance(others, other, graph_.camera());
+      if (point >= 0) // the mean of a track is better than one measurement
+        other_variance /= double(model.points()[point].track.size());
+      found.features.push_back(own);
+      found.points.source.push_back(measuredPointInCamera(graph_, model, {image, own}));
+      found.points.target.push_back(point >= 0
+                                        ? model.points()[point].position
+                                        : measuredPoint(graph_, model, {edge.neighbour, other}));
+      found.points.weights.push_back(1 / (variance + other_variance));
+    }
+  }
+  return found;
+}
+
+/** By FrameRegistrationOptions::method; unset with the reason in the report. */
+std::optional<VisualPose>
+FrameRegistrar::initialPose(const NewFrame& frame, const Correspondences& matches,
+                            ImageRegistration& report) const
+{
+  report.by_geometry = frame.guess.has_value();
+  report.matches = matches.features.size();
+  if (frame.guess)
+    return std::nullopt;
+  const std::optional<VisualPose> initial =
+      options_.method == FrameRegistrationMethod::PNP
+          ? estimatePnPPose(graph_.camera(),
+                            pixelsOf(graph_.features(frame.image), matches.features),
+                            matches.points.target)
+          : estimateVisualPose(matches.points);
+  report.inliers = initial ? initial->inliers : 0;
+  if (report.inliers >= options_.min_visual_inliers)
+    return initial;
+  report.reason = "only " + std::to_string(report.inliers) + " of " +
+                  std::to_string(report.matches) +
+                  " visual correspondences agree on a pose; needed are " +
+                  std::to_string(options_.min_visual_inliers);
+  return std::nullopt;
+}
+
+/** Dense evidence is at best as good as the error that an image's pixels share. */
+bool
+FrameRegistrar::canDepthImprove(std::size_t image, const FrameRegistration& visual) const
+{
+  if (options_.method != FrameRegistrationMethod::BUNDLE_ICP)
+    return false;
+  const double z = meanDepth(graph_.features(image));
+  if (graph_.isKey(image) || !visual.report.registered || !(z > 0))
+    return true;
+  const SharedError shared(z, graph_.camera().depth_noise, shared_depth_sigmas_);
+  const double rotation = visual.report.rotation_deviation / shared.tilt;
+  const double position = visual.report.position_deviation / shared.shift;
+  return rotation * rotation + position * position > LEAST_DENSE_GAIN;
+}
+
+/** Of the best covisible images. */
+void
+FrameRegistrar::showVirtualDepth(const SparseModel& model, const NewFrame& frame, const Pose& start,
+                                 DepthAlignment& alignment) const
+{
+  std::vector<DepthAlignment::View> views;
+  std::vector<Pose> poses;
+  for (const Neighbour& neighbour : frame.neighbours) {
+    if (views.size() == options_.max_views)
+      break;
+    views.push_back(depth_views_(neighbour.image, model));
+    poses.push_back(model.worldFromDepth(neighbour.image));
+  }
+  alignment.setVirtualDepth(views, poses, start);
+}
+
+VirtualDepthOptions
+FrameRegistrar::virtualDepthOptions(int num_threads) const
+{
+  VirtualDepthOptions options = options_.virtual_depth;
+  options.num_threads = num_threads;
+  return options;
+}
+
+/** Whether ICP measured the pose: it ended where the surfaces meet and, on its own, leaves nothing
+ *  open; otherwise with the reason in the report. */
+bool
+FrameRegistrar::isEvidence(const BundleICPResult& dense, ImageRegistration& report) const
+{
+  if (!report.by_geometry)
+    return hasConverged(dense.status);
+  if (dense.status != BundleICPStatus::CONVERGED)
+    report.reason = "geometry alone did not converge";
+  else if (dense.overlap < options_.min_overlap)
+    report.reason = "geometry alone: only " + std::to_string(int(100 * dense.overlap)) +
+                    " % of the depth lies on the model";
+  else if (!dense.degenerate_directions.empty())
+    report.reason = "geometry alone leaves " + std::to_string(dense.degenerate_directions.size()) +
+                    " directions of motion open";
+  return report.reason.empty();
+}
+
+DensePose
+FrameRegistrar::denseEvidence(const SparseModel& model, std::size_t image,
+                              const BundleICPResult& dense) const
+{
+  return {dense.dense_pose * model.depthFromColor(image),
+          withSharedError(dense.information, *depth_views_(image, model),
+                          graph_.camera().depth_noise, shared_depth_sigmas_, 1)};
+}
+
+FrameRegistration
+FrameRegistrar::adjusted(const SparseModel& model, std::size_t image,
+                         const Correspondences& matches, const DensePose& dense,
+                         const ImageRegistration& report) const
+{
+  std::vector<PointObservation> observations;
+  for (std::size_t k = 0; k < matches.features.size(); ++k)
+    observations.push_back({matches.features[k], matches.points.target[k]});
+  const ImagePose pose =
+      adjustPose(graph_, model, image, observations, dense, adjustment_, depth_errors_,
+                 {dense.world_from_camera, model.depthError(image)});
+  FrameRegistration registration{pose.world_from_camera, pose.depth_error, pose.covariance, report};
+  const double rotation = largestDeviation(pose.covariance.topLeftCorner<3, 3>());
+  const double position = largestDeviation(pose.covariance.bottomRightCorner<3, 3>());
+  registration.report.rotation_deviation = rotation;
+  registration.report.position_deviation = position;
+  registration.report.registered =
+      position <= options_.max_position_deviation && rotation <= options_.max_rotation_deviation;
+  if (!registration.report.registered) {
+    std::ostringstream reason;
+    reason << "its matches and its depth leave the pose open: +- " << std::setprecision(2)
+           << 100 * position << " cm along, or +- " << rotation * 180 / M_PI
+           << " degrees about, some direction";
+    registration.report.reason = reason.str();
+  }
+  return registration;
+}
+
+Matrix6d
+FrameRegistrar::poseCovariance(const SparseModel& model, std::size_t image,
+                               const std::vector<RelativePoseTerm>& terms) const
+{
+  DensePose dense{model.worldFromCamera(image)};
+  for (const RelativePoseTerm& term : terms)
+    if (term.first == image || term.second == image)
+      dense.information += informationInWorld(term, model.worldFromCamera(term.first));
+  std::vector<PointObservation> observations;
+  for (std::size_t j = 0; j < graph_.features(image).size(); ++j)
+    if (const int point = model.pointOf(image, int(j)); point >= 0)
+      observations.push_back({int(j), model.points()[std::size_t(point)].position});
+  return adjustPose(graph_, model, image, observations, dense, adjustment_, depth_errors_,
+                    {model.worldFromCamera(image), model.depthError(image)})
+      .covariance;
+}
+
+std::optional<RelativePoseTerm>
+FrameRegistrar::registerPair(const SparseModel& model, std::size_t first, std::size_t second) const
+{
+  const std::shared_ptr<const DepthView> target = depth_views_(first, model);
+  const std::shared_ptr<const DepthView> source = depth_views_(second, model);
+  const Pose guess = model.worldFromDepth(first).inverse() * model.worldFromDepth(second);
+  DepthAlignment alignment(source, virtualDepthOptions(1));
+  alignment.setView(*target);
+  const BundleICPResult result = alignPoints(alignment.problem(), guess).result;
+  if (result.status != BundleICPStatus::CONVERGED || result.overlap < 0.2)
+    return std::nullopt;
+  RelativePoseTerm term;
+  term.first = first;
+  term.second = second;
+  term.first_from_second =
+      model.depthFromColor(first).inverse() * result.dense_pose * model.depthFromColor(second);
+  term.information = withSharedError(result.information, *source, graph_.camera().depth_noise,
+                                     shared_depth_sigmas_, 2);
+  return term;
+}
+
+} // namespace bundle_icp

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#pragma once
+
+#include <bundle_icp/common/calibration.h>
+#include <bundle_icp/virtual_depth/virtual_depth.h>
+
+#include <list>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+namespace bundle_icp {
+
+/** Reduced depth images of all frames. Normals and weights, three times as large, are made
+ *  when a view is asked for and kept for the views asked for last. */
+class DepthViewStore {
+public:
+  DepthViewStore(const CameraIntrinsics& camera, int reduction, const VirtualDepthOptions& options);
+
+  /** Makes room for views 0 ... count - 1. */
+  void
+  resize(std::size_t count);
+
+  /** Frees all views. */
+  void
+  clear();
+
+  /** Reduces a depth image and keeps it as view `index`. Different indices from several
+   *  threads at once are fine. */
+  void
+  set(std::size_t index, const cv::Mat& depth);
+
+  /** The view, corrected; may be called from several threads. */
+  std::shared_ptr<const DepthView>
+  get(std::size_t index, const Calibration& calibration, const DepthError& error);
+
+private:
+  static constexpr std::size_t CAPACITY = 96;
+
+  CameraIntrinsics camera_;
+  int reduction_;
+  VirtualDepthOptions options_;
+  std::vector<cv::Mat> depths_;
+  std::mutex mutex_;
+  std::list<std::size_t> recent_; ///< front = used last
+  struct CachedView {
+    std::shared_ptr<const DepthView> view;
+    CalibrationVector calibration;
+    DepthError error;
+    std::list<std::size_t>::iterator recent;
+  };
+  std::map<std::size_t, CachedView> views_;
+};
+
+} // namespace bundle_icp

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#include "scan/prepared_scan.h"
+
+#include "common/parallel.h"
+
+#include <pcl/exceptions.h>
+
+#include <algorithm>
+#include <chrono>
+#if defined(__GLIBC__)
+#include <malloc.h>
+#endif
+
+namespace bundle_icp {
+namespace {
+
+/** FNV-1a over positions and descriptors: images get an order that follows from their
+ *  content, so that a shuffled recording takes the very same path. */
+std::uint64_t
+contentHash(const Features& features)
+{
+  std::uint64_t hash = 14695981039346656037ull;
+  const auto add = [&hash](const void* data, std::size_t size) {
+    for (std::size_t i = 0; i < size; ++i)
+      hash = (hash ^ static_cast<const std::uint8_t*>(data)[i]) * 1099511628211ull;
+  };
+  add(features.pixels.data(), features.pixels.size() * sizeof(features.pixels[0]));
+  add(features.depths.data(), features.depths.size() * sizeof(features.depths[0]));
+  return hash;
+}
+
+void
+check(const RGBDDataset& dataset, const ReconstructionOptions& options)
+{
+  std::string error;
+  if (!options.isValid(&error) || !dataset.camera().isValid(&error))
+    throw pcl::BadArgumentException("reconstruct: " + error);
+  if (dataset.size() == 0)
+    throw pcl::BadArgumentException("reconstruct: the dataset has no frames");
+}
+
+/** What was allocated by many threads lies in heaps that the main one does not use. */
+void
+returnMemory()
+{
+#if defined(__GLIBC__)
+  malloc_trim(0);
+#endif
+}
+
+} // namespace
+
+PreparedScan::Impl::Impl(const RGBDDataset& dataset, const ReconstructionOptions& options)
+: dataset_(dataset), options_(options), frames_(dataset.size()),
+  depth_views_(dataset.camera(), options.depth_reduction, options.mapper.registration.virtual_depth)
+{
+  for (std::size_t i = 0; i < frames_.size(); ++i) {
+    frames_[i].id = dataset.id(i);
+    frames_[i].timestamp = dataset.timestamp(i);
+    frames_[i].name = dataset.name(i);
+  }
+}
+
+template <class Body>
+bool
+PreparedScan::Impl::runOnce(const char* name, Stage& stage, Timing& timing, const Body& body)
+{
+  if (!stage.was_run) {
+    const auto start = std::chrono::steady_clock::now();
+    stage.completed = body();
+    stage.was_run = true;
+    const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
+    stage.seconds = elapsed.count();
+  }
+  timing.emplace_back(name, stage.seconds);
+  return stage.completed;
+}
+
+bool
+PreparedScan::Impl::needFeatures(const ProgressCallback& progress, Timing& timing)
+{
+  return runOnce("features", features_stage_, timing, [&] { return extractAll(progress); });
+}
+
+bool
+PreparedScan::Impl::needGraph(const ProgressCallback& progress, Timing& timing)
+{
+  return runOnce("matching", graph_stage_, timing, [&] { return buildGraph(progress); });
+}
+
+bool
+PreparedScan::Impl::extractAll(const ProgressCallback& progress)
+{
+  depth_views_.resize(dataset_.size());
+  nodes_.resize(dataset_.size());
+  const LoopProgress report{"features", progress};
+  const bool completed =
+      parallelFor(dataset_.size(), options_.num_threads, report, [this](std::size_t i) {
+        try {
+          const RGBDFrame image = dataset_.read(i);
+          nodes_[i] = {extractFeatures(image, dataset_.camera(), options_.features),
+                       frames_[i].timestamp};
+          frames_[i].features = nodes_[i].features.size();
+          depth_views_.set(i, image.depth);
+        }
+        catch (const pcl::IOException& error) {
+          frames_[i].reason = error.what();
+        }
+      });
+  returnMemory();
+  return completed;
+}
+
+bool
+PreparedScan::Impl::buildGraph(const ProgressCallback& progress)
+{
+  std::vector<std::pair<std::uint64_t, std::size_t>> order; // content, frame
+  for (std::size_t i = 0; i < frames_.size(); ++i)
+    if (frames_[i].reason.empty())
+      order.emplace_back(contentHash(nodes_[i].features), i);
+  std::sort(order.begin(), order.end());
+  std::vector<ImageNode> images;
+  image_of_frame_.resize(frames_.size());
+  for (const auto& [content, frame] : order) {
+    image_of_frame_[frame] = images.size();
+    frame_of_image_.push_back(frame);
+    images.push_back(std::move(nodes_[frame]));
+  }
+  graph_ = std::make_shared<ImageGraph>(dataset_.camera(), options_.graph);
+  return graph_->append(std::move(images), dataset_.isOrdered(), progress);
+}
+
+const Features&
+PreparedScan::Impl::features(std::size_t frame) const
+{
+  const bool in_graph = graph_ && frames_[frame].reason.empty();
+  return in_graph ? graph_->features(image_of_frame_[frame]) : nodes_[frame].features;
+}
+
+void
+PreparedScan::Impl::releaseDescriptors(bool keep_key_images)
+{
+  nodes_.clear();
+  if (graph_)
+    graph_->releaseDescriptors(keep_key_images);
+  returnMemory();
+}
+
+void
+PreparedScan::Impl::releaseDepth()
+{
+  depth_views_.clear();
+  returnMemory();
+}
+
+PreparedScan::PreparedScan(const RGBDDataset& dataset, const ReconstructionOptions& options)
+{
+  check(dataset, options);
+  impl_ = std::make_unique<Impl>(dataset, options.withThreads());
+}
+
+PreparedScan::~PreparedScan() = default;
+
+} // namespace bundle_icp

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#pragma once
+
+#include "scan/depth_view_store.h"
+
+#include <bundle_icp/reconstruction.h>
+
+namespace bundle_icp {
+
+/** Wall time of stages by name [s]. */
+using Timing = std::vector<std::pair<std::string, double>>;
+
+class PreparedScan::Impl {
+public:
+  Impl(const RGBDDataset& dataset, const ReconstructionOptions& options);
+
+  /** Equation (2): features with depth, and the depth that Bundle ICP will need. Adds
+   * the stage's time to `timing`, also when it was done before. \return false when it
+   * was stopped. */
+  bool
+  needFeatures(const ProgressCallback& progress, Timing& timing);
+
+  /** Equations (3) to (5), after needFeatures(): the readable frames, in an order that
+   * follows from their content, become nodes. */
+  bool
+  needGraph(const ProgressCallback& progress, Timing& timing);
+
+  const RGBDDataset&
+  dataset() const
+  {
+    return dataset_;
+  }
+
+  /** What is known of each frame before there are poses. */
+  const std::vector<FrameReport>&
+  frames() const
+  {
+    return frames_;
+  }
+
+  /** After needFeatures() and before releaseDescriptors(). */
+  const Features&
+  features(std::size_t frame) const;
+
+  /** After needGraph(). */
+  const std::shared_ptr<ImageGraph>&
+  graph() const
+  {
+    return graph_;
+  }
+
+  /** After needGraph(): index of the frame of each image. */
+  const std::vector<std::size_t>&
+  frameOfImage() const
+  {
+    return frame_of_image_;
+  }
+
+  DepthViewStore&
+  depthViews()
+  {
+    return depth_views_;
+  }
+
+  /** Frees what is not needed once the images are matched; no other reconstruction may follow. */
+  void
+  releaseDescriptors(bool keep_key_images = false);
+
+  /** Frees what is not needed once there are poses; no other reconstruction may follow. */
+  void
+  releaseDepth();
+
+private:
+  /** A stage is run once, be it stopped or not. */
+  struct Stage {
+    bool was_run = false, completed = false;
+    double seconds = 0;
+  };
+  template <class Body>
+  bool
+  runOnce(const char* name, Stage& stage, Timing& timing, const Body& body);
+  bool
+  extractAll(const ProgressCallback& progress);
+  bool
+  buildGraph(const ProgressCallback& progress);
+
+  const RGBDDataset& dataset_;
+  const ReconstructionOptions options_;
+  std::vector<FrameReport> frames_;
+  std::vector<ImageNode> nodes_; ///< of each frame, until the graph takes them
+  std::vector<std::size_t> frame_of_image_, image_of_frame_;
+  std::shared_ptr<ImageGraph> graph_;
+  DepthViewStore depth_views_;
+  Stage features_stage_, graph_stage_;
+};
+
+} // namespace bundle_icp

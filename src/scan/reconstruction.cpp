@@ -1,0 +1,395 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#include <bundle_icp/reconstruction.h>
+
+#include "scan/frame_appearance.h"
+#include "scan/prepared_scan.h"
+#include "scan/read_in_order.h"
+
+#include <pcl/exceptions.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <chrono>
+#include <numeric>
+
+namespace bundle_icp {
+namespace {
+
+bool
+isTracking(ReconstructionMethod method)
+{
+  return method == ReconstructionMethod::F2M_ICP || method == ReconstructionMethod::VISUAL_ICP;
+}
+
+/** The mapper's options for a method. */
+MapperOptions
+mapperOptions(const ReconstructionOptions& options, bool ordered_in_time)
+{
+  MapperOptions mapper = options.mapper;
+  mapper.schedule.ordered_in_time = ordered_in_time;
+  mapper.refinement.self_calibration &= options.method == ReconstructionMethod::BUNDLE_ICP;
+  if (options.method == ReconstructionMethod::RGBD_SFM) {
+    mapper.registration.method = FrameRegistrationMethod::PNP;
+    mapper.registration.visual_start = true;
+    mapper.refinement.num_dense_neighbours = 0;
+    mapper.refinement.motion_prior = false;
+  }
+  return mapper;
+}
+
+} // namespace
+
+/** One run of reconstruct(): its stages in order. */
+class Reconstruction {
+public:
+  /** \param is_last whether no other reconstruction of the scan follows. */
+  Reconstruction(PreparedScan& scan, const ReconstructionOptions& options,
+                 const ProgressCallback& progress, bool is_last)
+  : scan_(*scan.impl_), options_(options.withThreads()), progress_(progress), is_last_(is_last)
+  {
+  }
+
+  ReconstructionResult
+  run();
+
+private:
+  bool
+  prepare();
+  bool
+  estimatePoses();
+  bool
+  trackFrames();
+  bool
+  trackFrame(FrameToModelTracker& tracker, std::size_t index, const RGBDFrame& image);
+  bool
+  mapImages();
+  bool
+  makeSurface();
+  std::vector<std::size_t>
+  framesToFuse() const;
+  RGBDFrame
+  corrected(std::size_t index, const RGBDFrame& image) const;
+  bool
+  findObject();
+  bool
+  fuseSurface();
+  void
+  chooseWorld();
+  void
+  reportFrames(const std::vector<ImageRegistration>& registrations);
+  template <class Stage>
+  bool
+  timed(const char* name, const Stage& stage);
+
+  PreparedScan::Impl& scan_;
+  const ReconstructionOptions options_;
+  const ProgressCallback progress_;
+  const bool is_last_;
+  ReconstructionResult result_;
+};
+
+template <class Stage>
+bool
+Reconstruction::timed(const char* name, const Stage& stage)
+{
+  const auto start = std::chrono::steady_clock::now();
+  const bool completed = stage();
+  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+  result_.timing_s.emplace_back(name, seconds.count());
+  return completed;
+}
+
+ReconstructionResult
+Reconstruction::run()
+{
+  const bool completed = prepare() && estimatePoses() &&
+                         (!options_.make_mesh || result_.component_sizes.empty() || makeSurface());
+  result_.status = !completed                        ? ReconstructionStatus::STOPPED
+                   : result_.component_sizes.empty() ? ReconstructionStatus::NOTHING_REGISTERED
+                   : result_.object && !result_.object->is_found ? ReconstructionStatus::NO_OBJECT
+                                                                 : ReconstructionStatus::COMPLETED;
+  for (FrameReport& frame : result_.frames)
+    if (!completed && !frame.registered && frame.reason.empty())
+      frame.reason = "the run was stopped before";
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  result_.peak_memory_bytes = std::size_t(usage.ru_maxrss) * 1024;
+  return std::move(result_);
+}
+
+/** Of the shared stages those that the method needs. */
+bool
+Reconstruction::prepare()
+{
+  const bool completed =
+      options_.method == ReconstructionMethod::F2M_ICP ||
+      (scan_.needFeatures(progress_, result_.timing_s) &&
+       (isTracking(options_.method) || scan_.needGraph(progress_, result_.timing_s)));
+  result_.frames = scan_.frames();
+  return completed;
+}
+
+bool
+Reconstruction::estimatePoses()
+{
+  if (isTracking(options_.method))
+    return timed("tracking", [this] { return trackFrames(); });
+  return timed("registration", [this] { return mapImages(); });
+}
+
+/** Frame after frame in the order given. */
+bool
+Reconstruction::trackFrames()
+{
+  // Trackers take depth and camera as they come: of a calibration only the scale counts, which the
+  // reader applied.
+  Calibration calibration;
+  calibration.depth_scale = options_.mapper.refinement.calibration.depth_scale;
+  calibration.depth_scale_origin = options_.mapper.refinement.calibration.depth_scale_origin;
+  result_.model.setCalibration(calibration);
+  FrameToModelTracker tracker(scan_.dataset().camera(), options_.tracking);
+  std::vector<std::size_t> all(result_.frames.size());
+  std::iota(all.begin(), all.end(), 0);
+  std::size_t tracked = 0;
+  const bool completed =
+      readInOrder(scan_.dataset(), all, options_.num_threads,
+                  [&](std::size_t index, const RGBDFrame& image, const std::string& error) {
+                    result_.frames[index].reason = error;
+                    if (error.empty())
+                      tracked += trackFrame(tracker, index, image);
+                    return !progress_ || progress_({"tracking", index + 1, all.size()});
+                  });
+  if (tracked > 1)
+    result_.component_sizes = {tracked};
+  else
+    for (FrameReport& frame : result_.frames)
+      if (std::exchange(frame.registered, false))
+        frame.reason = "no other frame could be aligned with it";
+  return completed;
+}
+
+bool
+Reconstruction::trackFrame(FrameToModelTracker& tracker, std::size_t index, const RGBDFrame& image)
+{
+  FrameReport& frame = result_.frames[index];
+  const bool is_visual = options_.method == ReconstructionMethod::VISUAL_ICP;
+  const TrackedFrame tracked = tracker.track(image, is_visual ? scan_.features(index) : Features());
+  frame.registered = tracked.is_tracked;
+  frame.component = tracked.is_tracked ? 0 : -1;
+  frame.reason = tracked.reason;
+  frame.features = is_visual ? frame.features : 0;
+  frame.matches = tracked.matches;
+  frame.inliers = tracked.inliers;
+  frame.icp_rmse = tracked.icp_rmse;
+  frame.by_geometry = tracked.matches == 0;
+  if (tracked.is_tracked)
+    frame.world_from_camera = frame.world_from_depth = tracked.world_from_camera;
+  return tracked.is_tracked;
+}
+
+bool
+Reconstruction::mapImages()
+{
+  if (is_last_)
+    scan_.releaseDescriptors(true);
+  result_.graph = scan_.graph();
+  result_.frame_of_image = scan_.frameOfImage();
+  const auto depth_of_image = [this](std::size_t image, const SparseModel& model) {
+    return scan_.depthViews().get(result_.frame_of_image[image], model.calibration(),
+                                  model.depthError(image));
+  };
+  IncrementalMapper mapper(*result_.graph, depth_of_image,
+                           mapperOptions(options_, scan_.dataset().isOrdered()));
+  const bool completed = mapper.run(result_.model, progress_);
+  if (is_last_)
+    scan_.releaseDescriptors();
+  result_.self_calibration = mapper.selfCalibration();
+  chooseWorld();
+  reportFrames(mapper.registrations());
+  return completed;
+}
+
+/** The world is the camera of the earliest registered frame, however the run began. */
+void
+Reconstruction::chooseWorld()
+{
+  SparseModel& model = result_.model;
+  const ImageGraph& graph = *result_.graph;
+  for (int component = 0;; ++component) {
+    const std::vector<std::size_t> images = model.registeredImages(component);
+    if (images.empty())
+      break;
+    result_.component_sizes.push_back(images.size());
+    const std::size_t first =
+        *std::min_element(images.begin(), images.end(), [&graph](std::size_t a, std::size_t b) {
+          return graph.timestamp(a) < graph.timestamp(b);
+        });
+    model.transform(component, model.worldFromCamera(first).inverse());
+    model.setWorldFromCamera(first, Pose::Identity());
+  }
+}
+
+void
+Reconstruction::reportFrames(const std::vector<ImageRegistration>& registrations)
+{
+  for (std::size_t image = 0; image < registrations.size(); ++image) {
+    FrameReport& frame = result_.frames[result_.frame_of_image[image]];
+    const ImageRegistration& registration = registrations[image];
+    frame.registered = result_.model.isRegistered(image);
+    frame.component = result_.model.component(image);
+    frame.reason = frame.registered ? "" : registration.reason;
+    if (!frame.registered && frame.reason.empty())
+      frame.reason = "no registered frame shares enough matches with it";
+    frame.matches = registration.matches;
+    frame.inliers = registration.inliers;
+    frame.icp_rmse = registration.icp_rmse;
+    frame.by_geometry = registration.by_geometry;
+    frame.position_deviation = registration.position_deviation;
+    frame.rotation_deviation = registration.rotation_deviation;
+    if (frame.registered)
+      frame.world_from_camera = result_.model.worldFromCamera(image);
+    frame.world_from_depth = result_.model.worldFromDepth(image);
+    frame.depth_error = result_.model.depthError(image);
+  }
+}
+
+bool
+Reconstruction::makeSurface()
+{
+  if (is_last_) {
+    scan_.releaseDescriptors(); // trackers needed them until now
+    scan_.releaseDepth();
+  }
+  if (options_.object) {
+    if (!timed("object", [this] { return findObject(); }))
+      return false;
+    if (!result_.object->is_found)
+      return true;
+  }
+  return timed("surface", [this] { return fuseSurface(); });
+}
+
+/** All frames of the largest component, in the order of their content, which a shuffled recording
+ *  shares; those that were tracked in that of their tracking. */
+std::vector<std::size_t>
+Reconstruction::framesToFuse() const
+{
+  std::vector<std::size_t> fused = result_.frame_of_image;
+  if (!result_.graph) {
+    fused.resize(result_.frames.size());
+    std::iota(fused.begin(), fused.end(), 0);
+  }
+  fused.erase(std::remove_if(fused.begin(), fused.end(),
+                             [this](std::size_t i) { return result_.frames[i].component != 0; }),
+              fused.end());
+  return fused;
+}
+
+RGBDFrame
+Reconstruction::corrected(std::size_t index, const RGBDFrame& image) const
+{
+  return correctedFrame(image, scan_.dataset().camera(), result_.model.calibration(),
+                        result_.frames[index].depth_error);
+}
+
+/** A pass over some frames' points, before the surface. */
+bool
+Reconstruction::findObject()
+{
+  constexpr std::size_t most_frames = 100;
+  const std::vector<std::size_t> all = framesToFuse();
+  std::vector<std::size_t> some;
+  for (std::size_t i = 0; i < std::min(most_frames, all.size()); ++i)
+    some.push_back(all[i * all.size() / std::min(most_frames, all.size())]);
+  const CameraIntrinsics camera = result_.model.calibration().corrected(scan_.dataset().camera());
+  std::vector<pcl::PointCloud<pcl::PointXYZ>> clouds;
+  std::vector<Pose> poses;
+  std::size_t done = 0;
+  const bool completed = readInOrder(
+      scan_.dataset(), some, options_.num_threads,
+      [&](std::size_t index, const RGBDFrame& image, const std::string& error) {
+        if (error.empty()) { // one that cannot be read is named when it is to be fused
+          constexpr int step = 6;
+          clouds.push_back(samplePoints(image, camera, step));
+          poses.push_back(result_.frames[index].world_from_depth);
+        }
+        return !progress_ || progress_({"object", ++done, some.size()});
+      },
+      [this](std::size_t index, const RGBDFrame& image) { return corrected(index, image); });
+  if (!completed)
+    return false;
+  result_.object.emplace();
+  result_.object->reason = "no object: no frame could be read again";
+  if (!clouds.empty())
+    result_.object = findObjectRegion(clouds, poses, *options_.object);
+  return true;
+}
+
+/** Equation (7). */
+bool
+Reconstruction::fuseSurface()
+{
+  const std::vector<std::size_t> fused = framesToFuse();
+  const CameraIntrinsics camera = result_.model.calibration().corrected(scan_.dataset().camera());
+  TSDFOptions volume_options = options_.volume;
+  if (result_.object)
+    volume_options.region = result_.object->box;
+  TSDFVolume volume(volume_options);
+  std::vector<ColorCorrection> corrections(result_.frames.size());
+  if (result_.graph) {
+    const auto of_image = colorCorrections(*result_.graph, result_.model);
+    for (std::size_t image = 0; image < of_image.size(); ++image)
+      corrections[result_.frame_of_image[image]] = of_image[image];
+  }
+  std::size_t done = 0;
+  const auto fuse = [&](std::size_t index, const RGBDFrame& image, const std::string& error) {
+    FrameReport& frame = result_.frames[index];
+    // One that could be read before keeps its pose; the surface does without it.
+    frame.reason = error;
+    if (error.empty())
+      volume.integrate(image, camera, frame.world_from_depth, corrections[index]);
+    return !progress_ || progress_({"surface", ++done, fused.size()});
+  };
+  const auto correct = [this](std::size_t index, const RGBDFrame& image) {
+    return corrected(index, image);
+  };
+  if (!readInOrder(scan_.dataset(), fused, options_.num_threads, fuse, correct))
+    return false;
+  result_.mesh =
+      toPolygonMesh(extractSurface(std::move(volume), options_.mesh, &result_.mesh_report));
+  return true;
+}
+
+Trajectory
+ReconstructionResult::trajectory(int component) const
+{
+  Trajectory trajectory;
+  for (const FrameReport& frame : frames)
+    if (frame.registered && frame.component == component)
+      trajectory.push_back({frame.timestamp, frame.world_from_camera});
+  std::stable_sort(
+      trajectory.begin(), trajectory.end(),
+      [](const TimedPose& a, const TimedPose& b) { return a.timestamp < b.timestamp; });
+  return trajectory;
+}
+
+ReconstructionResult
+reconstruct(PreparedScan& scan, const ReconstructionOptions& options,
+            const ProgressCallback& progress)
+{
+  std::string error;
+  if (!options.isValid(&error))
+    throw pcl::BadArgumentException("reconstruct: " + error);
+  return Reconstruction(scan, options, progress, false).run();
+}
+
+ReconstructionResult
+reconstruct(const RGBDDataset& dataset, const ReconstructionOptions& options,
+            const ProgressCallback& progress)
+{
+  PreparedScan scan(dataset, options); // checks the options
+  return Reconstruction(scan, options, progress, true).run();
+}
+
+} // namespace bundle_icp

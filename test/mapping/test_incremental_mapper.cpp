@@ -1,0 +1,334 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#include <bundle_icp/mapping/incremental_mapper.h>
+
+#include "landmarks.h"
+#include "messages.h"
+
+#include <bundle_icp/common/rigid_alignment.h>
+
+#include <pcl/exceptions.h>
+
+#include <algorithm>
+#include <limits>
+
+using namespace bundle_icp;
+using namespace bundle_icp::test;
+
+namespace {
+
+/** Images with all that the mapper asks for, and their true poses. */
+struct Scan {
+  std::vector<ImageNode> nodes;
+  std::vector<std::shared_ptr<const DepthView>> views;
+  std::vector<Pose> truth;
+  CameraIntrinsics camera = room().camera();
+
+  void
+  add(const Features& features, const cv::Mat& depth, const Pose& world_from_camera)
+  {
+    nodes.push_back({features, 0.4 * static_cast<double>(nodes.size())});
+    views.push_back(std::make_shared<const DepthView>(makeDepthView(depth, camera, 2, {})));
+    truth.push_back(world_from_camera);
+  }
+
+  void
+  addRoom(const std::vector<std::size_t>& frames)
+  {
+    for (const std::size_t i : frames)
+      add(roomFeatures(i), room().read(i).depth, room().worldFromCamera(i));
+  }
+
+  ImageGraph
+  graph() const
+  {
+    ImageGraph result(camera);
+    result.append(nodes, true);
+    return result;
+  }
+
+  DepthViewProvider
+  provider() const
+  {
+    return [this](std::size_t image, const SparseModel&) { return views[image]; };
+  }
+};
+
+/** A scan of the room in 15 images. */
+const Scan&
+roomScan()
+{
+  static const Scan scan = [] {
+    Scan s;
+    for (std::size_t i = 0; i < 60; i += 4)
+      s.addRoom({i});
+    return s;
+  }();
+  return scan;
+}
+
+const ImageGraph&
+roomGraph()
+{
+  static const ImageGraph graph = roomScan().graph();
+  return graph;
+}
+
+struct PoseErrors {
+  double distance = 0; ///< [m]
+  double angle = 0;    ///< [degrees]
+};
+
+/** Largest errors of a component's poses after the best rigid alignment. */
+PoseErrors
+largestErrors(const SparseModel& model, const std::vector<Pose>& truth, int component)
+{
+  std::vector<PointPair> pairs;
+  for (const std::size_t i : model.registeredImages(component))
+    for (int k = 0; k < 4; ++k) {
+      const Eigen::Vector3d point =
+          k < 3 ? Eigen::Vector3d(Eigen::Vector3d::Unit(k)) : Eigen::Vector3d::Zero();
+      pairs.push_back({model.worldFromCamera(i) * point, truth[i] * point});
+    }
+  const Pose aligned = *rigidAlignment(pairs);
+  PoseErrors errors;
+  for (const std::size_t i : model.registeredImages(component)) {
+    const Pose error = truth[i].inverse() * aligned * model.worldFromCamera(i);
+    errors.distance = std::max(errors.distance, error.translation().norm());
+    errors.angle = std::max(errors.angle, degrees(rotationAngle(error)));
+  }
+  return errors;
+}
+
+} // namespace
+
+TEST(IncrementalMapper, RegistersAScanWhereItWasTaken)
+{
+  IncrementalMapper mapper(roomGraph(), roomScan().provider());
+  SparseModel model;
+  EXPECT_TRUE(mapper.run(model));
+  ASSERT_EQ(model.registeredImages(0).size(), roomScan().nodes.size());
+  const PoseErrors errors = largestErrors(model, roomScan().truth, 0);
+  EXPECT_LT(errors.distance, 0.001);
+  EXPECT_LT(errors.angle, 0.05);
+  ASSERT_EQ(mapper.registrations().size(), roomScan().nodes.size());
+  for (const ImageRegistration& registration : mapper.registrations()) {
+    EXPECT_TRUE(registration.registered);
+    EXPECT_FALSE(registration.by_geometry);
+    EXPECT_EQ(registration.reason, "");
+    EXPECT_GE(registration.inliers, FrameRegistrationOptions().min_visual_inliers);
+    EXPECT_LE(registration.inliers, registration.matches);
+  }
+}
+
+TEST(IncrementalMapper, EveryMethodRegistersAScanWhereItWasTaken)
+{
+  MapperOptions visual, pnp, without_visual_start, without_global_adjustment;
+  visual.registration.method = FrameRegistrationMethod::VISUAL;
+  pnp.registration.method = FrameRegistrationMethod::PNP;
+  pnp.refinement.num_dense_neighbours = 0;
+  without_visual_start.registration.visual_start = false;
+  without_global_adjustment.schedule.global_adjustment = false;
+  for (const MapperOptions& options :
+       {visual, pnp, without_visual_start, without_global_adjustment}) {
+    IncrementalMapper mapper(roomGraph(), roomScan().provider(), options);
+    SparseModel model;
+    EXPECT_TRUE(mapper.run(model));
+    EXPECT_EQ(model.registeredImages(0).size(), roomScan().nodes.size());
+    EXPECT_LT(largestErrors(model, roomScan().truth, 0).distance, 0.003);
+    for (const ImageRegistration& registration : mapper.registrations())
+      EXPECT_EQ(registration.by_geometry, !options.registration.visual_start)
+          << registration.reason;
+  }
+}
+
+TEST(IncrementalMapper, DoesNotDependOnThreads)
+{
+  SparseModel models[2];
+  for (const int threads : {1, 2}) {
+    MapperOptions options;
+    options.num_threads = threads;
+    EXPECT_TRUE(
+        IncrementalMapper(roomGraph(), roomScan().provider(), options).run(models[threads - 1]));
+  }
+  for (std::size_t i = 0; i < roomScan().nodes.size(); ++i)
+    EXPECT_EQ(models[0].worldFromCamera(i).matrix(), models[1].worldFromCamera(i).matrix());
+  ASSERT_EQ(models[0].points().size(), models[1].points().size());
+  for (std::size_t p = 0; p < models[0].points().size(); ++p)
+    ASSERT_EQ(models[0].points()[p].position, models[1].points()[p].position);
+}
+
+TEST(IncrementalMapper, StopsWhenAsked)
+{
+  IncrementalMapper mapper(roomGraph(), roomScan().provider());
+  SparseModel model;
+  const auto stop_soon = [](const Progress& progress) {
+    EXPECT_EQ(progress.stage, "registration");
+    EXPECT_EQ(progress.total, 15u);
+    return progress.done < 4;
+  };
+  EXPECT_FALSE(mapper.run(model, stop_soon));
+  EXPECT_GE(model.registeredImages().size(), 4u);
+  EXPECT_LT(model.registeredImages().size(), 15u);
+}
+
+TEST(IncrementalMapper, ScansWithNothingInCommonAreComponents)
+{
+  SyntheticScanOptions options;
+  options.width = 320;
+  options.height = 240;
+  options.focal_length = 262.5;
+  options.seed = 5; // other textures
+  const SyntheticScan other(options);
+  Scan scan;
+  scan.addRoom({0, 1, 2});
+  for (const std::size_t i : {30, 34, 38, 42})
+    scan.add(extractFeatures(other.read(i), other.camera()), other.read(i).depth,
+             other.worldFromCamera(i));
+  const ImageGraph graph = scan.graph();
+  MapperOptions mapping;
+  mapping.schedule.ordered_in_time = false;
+  SparseModel model;
+  EXPECT_TRUE(IncrementalMapper(graph, scan.provider(), mapping).run(model));
+  EXPECT_EQ(model.registeredImages(0), (std::vector<std::size_t>{3, 4, 5, 6}));
+  EXPECT_EQ(model.registeredImages(1), (std::vector<std::size_t>{0, 1, 2}));
+  for (const int component : {0, 1})
+    EXPECT_LT(largestErrors(model, scan.truth, component).distance, 0.002);
+}
+
+TEST(IncrementalMapper, GeometryRegistersAnImageWithoutFeatures)
+{
+  Scan scan;
+  scan.addRoom({0, 2, 4});
+  scan.add(noFeatures(), room().read(6).depth, room().worldFromCamera(6));
+  scan.addRoom({8});
+  const ImageGraph graph = scan.graph();
+  IncrementalMapper mapper(graph, scan.provider());
+  SparseModel model;
+  EXPECT_TRUE(mapper.run(model));
+  ASSERT_TRUE(model.isRegistered(3)) << mapper.registrations()[3].reason;
+  EXPECT_TRUE(mapper.registrations()[3].by_geometry);
+  EXPECT_FALSE(mapper.registrations()[2].by_geometry);
+  EXPECT_LT(largestErrors(model, scan.truth, 0).distance, 0.003);
+
+  MapperOptions visual; // virtual depth alone carries it
+  visual.registration.method = FrameRegistrationMethod::VISUAL;
+  SparseModel without;
+  EXPECT_TRUE(IncrementalMapper(graph, scan.provider(), visual).run(without));
+  EXPECT_FALSE(without.isRegistered(3));
+
+  MapperOptions options; // without time there is nothing to start from
+  options.schedule.ordered_in_time = false;
+  IncrementalMapper unordered(graph, scan.provider(), options);
+  SparseModel other;
+  EXPECT_TRUE(unordered.run(other));
+  EXPECT_FALSE(other.isRegistered(3));
+  EXPECT_CONTAINS(unordered.registrations()[3].reason, "no other image shares");
+}
+
+TEST(IncrementalMapper, GeometryRefusesAnImageOfASinglePlane)
+{
+  const Landmarks landmarks(300, 0, 0); // a wall
+  Scan scan;
+  scan.camera = landmarks.camera();
+  for (unsigned i = 0; i < 5; ++i) {
+    const Pose pose = randomMotion(i, 0.03, 0.05 * i);
+    const Eigen::Vector3d normal = pose.linear().transpose() * Eigen::Vector3d::UnitZ();
+    const Features features = i == 3 ? noFeatures() : landmarks.look(pose).features;
+    scan.add(features, planeDepth(scan.camera, normal, 2.25 - pose.translation().z()), pose);
+  }
+  const ImageGraph graph = scan.graph();
+  IncrementalMapper mapper(graph, scan.provider());
+  SparseModel model;
+  EXPECT_TRUE(mapper.run(model));
+  EXPECT_EQ(model.registeredImages(0), (std::vector<std::size_t>{0, 1, 2, 4}));
+  EXPECT_LT(largestErrors(model, scan.truth, 0).distance, 0.002);
+  EXPECT_FALSE(mapper.registrations()[3].registered);
+  EXPECT_CONTAINS(mapper.registrations()[3].reason, "directions");
+}
+
+TEST(IncrementalMapper, TheLargestComponentIsNumberZero)
+{
+  // Three images of a rich wall, which correlate more, and five of a poor one.
+  const Landmarks rich(400, 1, 0), poor(90, 2, 0);
+  Scan scan;
+  scan.camera = rich.camera();
+  for (unsigned i = 0; i < 8; ++i) {
+    const Pose pose = randomMotion(i, 0.03, 0.1);
+    const Eigen::Vector3d normal = pose.linear().transpose() * Eigen::Vector3d::UnitZ();
+    scan.add((i < 3 ? rich : poor).look(pose).features,
+             planeDepth(scan.camera, normal, 2.25 - pose.translation().z()), pose);
+  }
+  const ImageGraph graph = scan.graph();
+  ASSERT_GT(graph.correspondences(0), graph.correspondences(3));
+  MapperOptions options;
+  options.schedule.ordered_in_time = false;
+  SparseModel model;
+  EXPECT_TRUE(IncrementalMapper(graph, scan.provider(), options).run(model));
+  EXPECT_EQ(model.registeredImages(0), (std::vector<std::size_t>{3, 4, 5, 6, 7}));
+  EXPECT_EQ(model.registeredImages(1), (std::vector<std::size_t>{0, 1, 2}));
+  for (const int component : {0, 1})
+    EXPECT_LT(largestErrors(model, scan.truth, component).distance, 0.002);
+}
+
+TEST(IncrementalMapper, NothingInCommonRegistersNothing)
+{
+  const Landmarks a(100, 1), b(100, 2);
+  Scan scan;
+  scan.camera = a.camera();
+  for (const Landmarks* landmarks : {&a, &b}) {
+    const LandmarkView view = landmarks->look(Pose::Identity());
+    scan.add(view.features, planeDepth(scan.camera, Eigen::Vector3d::UnitZ(), 2), Pose::Identity());
+  }
+  const ImageGraph graph = scan.graph();
+  IncrementalMapper mapper(graph, scan.provider());
+  SparseModel model;
+  EXPECT_TRUE(mapper.run(model));
+  EXPECT_TRUE(model.registeredImages().empty());
+  for (const ImageRegistration& registration : mapper.registrations())
+    EXPECT_CONTAINS(registration.reason, "no other image shares");
+}
+
+TEST(IncrementalMapper, RefusesInvalidOptions)
+{
+  const auto message = [](const MapperOptions& options) {
+    return messageOf<pcl::BadArgumentException>(
+        [&] { IncrementalMapper(roomGraph(), roomScan().provider(), options); });
+  };
+  MapperOptions options;
+  options.registration.min_visual_inliers = 2;
+  EXPECT_CONTAINS(message(options), "IncrementalMapper: min_visual_inliers must be >= 3");
+  options = {};
+  options.schedule.batch_size = 0;
+  EXPECT_CONTAINS(message(options), "batch_size must be >= 1");
+  options = {};
+  options.schedule.adjustment_growth = 1;
+  EXPECT_CONTAINS(message(options), "adjustment_growth must be > 1");
+  options = {};
+  options.registration.min_overlap = 0;
+  EXPECT_CONTAINS(message(options), "min_overlap must lie in (0, 1]");
+  options = {};
+  options.registration.method = FrameRegistrationMethod::PNP;
+  options.registration.visual_start = false;
+  EXPECT_CONTAINS(message(options), "only the method BUNDLE_ICP can do without");
+  options = {};
+  options.num_threads = -1;
+  EXPECT_CONTAINS(message(options), "num_threads must be >= 0");
+  options = {};
+  options.tracks.max_sigmas = 0;
+  EXPECT_CONTAINS(message(options), "max_sigmas");
+  options = {};
+  options.adjustment.loss_scale = 0;
+  EXPECT_CONTAINS(message(options), "loss_scale");
+  for (const double sigmas : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()}) {
+    options = {};
+    options.registration.shared_depth_sigmas = sigmas;
+    EXPECT_CONTAINS(message(options), "shared_depth_sigmas must be > 0");
+  }
+  options = {};
+  options.refinement.calibration_test.significance = 0;
+  EXPECT_CONTAINS(message(options), "significance must be > 0");
+  options = {};
+  options.refinement.calibration[CalibrationParameter::FOCAL_X] = 0.5;
+  EXPECT_CONTAINS(message(options), "focal_x must lie within");
+}

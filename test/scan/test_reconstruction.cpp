@@ -1,0 +1,419 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#include <bundle_icp/reconstruction.h>
+
+#include "messages.h"
+#include "temporary_folder.h"
+
+#include <bundle_icp/common/rigid_alignment.h>
+#include <bundle_icp/simulation/synthetic_scan.h>
+
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <pcl/exceptions.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+using namespace bundle_icp;
+
+namespace {
+
+const SyntheticScan&
+room()
+{
+  static const SyntheticScan scan = [] {
+    SyntheticScanOptions options;
+    options.num_frames = 40;
+    options.width = 320;
+    options.height = 240;
+    options.focal_length = 262.5;
+    return SyntheticScan(options);
+  }();
+  return scan;
+}
+
+/** Some frames of the room in any order; bad ones cannot be read. */
+class Frames : public RGBDDataset {
+public:
+  explicit Frames(std::vector<std::size_t> frames, std::set<std::size_t> bad = {})
+  : frames_(std::move(frames)), bad_(std::move(bad))
+  {
+    for (const std::size_t i : frames_)
+      images_.push_back(image(i));
+  }
+
+  std::size_t
+  size() const override
+  {
+    return frames_.size();
+  }
+  const CameraIntrinsics&
+  camera() const override
+  {
+    return room().camera();
+  }
+  std::size_t
+  id(std::size_t index) const override
+  {
+    return frames_[index];
+  }
+  double
+  timestamp(std::size_t index) const override
+  {
+    return room().timestamp(frames_[index]);
+  }
+  std::string
+  name(std::size_t index) const override
+  {
+    return "frame " + std::to_string(frames_[index]);
+  }
+  RGBDFrame
+  read(std::size_t index) const override
+  {
+    if (bad_.count(frames_[index]))
+      throw pcl::IOException(name(index) + ".png is truncated");
+    return images_[index];
+  }
+
+private:
+  static const RGBDFrame&
+  image(std::size_t frame)
+  {
+    static std::vector<RGBDFrame> rendered(room().size());
+    if (rendered[frame].color.empty())
+      rendered[frame] = room().read(frame);
+    return rendered[frame];
+  }
+
+  std::vector<std::size_t> frames_;
+  std::set<std::size_t> bad_;
+  std::vector<RGBDFrame> images_;
+};
+
+std::vector<std::size_t>
+everyFourth()
+{
+  return {0, 4, 8, 12, 16, 20, 24, 28};
+}
+
+ReconstructionOptions
+withoutMesh()
+{
+  ReconstructionOptions options;
+  options.make_mesh = false;
+  return options;
+}
+
+const FrameReport&
+reportOf(const ReconstructionResult& result, std::size_t id)
+{
+  for (const FrameReport& frame : result.frames)
+    if (frame.id == id)
+      return frame;
+  throw std::runtime_error("no such frame");
+}
+
+/** Poses that hold for every frame of both results have to be the same. */
+void
+expectSamePoses(const ReconstructionResult& a, const ReconstructionResult& b, double tolerance)
+{
+  ASSERT_EQ(a.frames.size(), b.frames.size());
+  for (const FrameReport& frame : a.frames) {
+    const FrameReport& other = reportOf(b, frame.id);
+    EXPECT_EQ(frame.registered, other.registered) << frame.id;
+    EXPECT_LE(
+        (frame.world_from_camera.matrix() - other.world_from_camera.matrix()).cwiseAbs().maxCoeff(),
+        tolerance)
+        << frame.id;
+  }
+}
+
+/** Largest distance of the frames' positions from the truth; the world is the camera of
+ * the first frame. */
+double
+largestError(const ReconstructionResult& result)
+{
+  double largest = 0;
+  const Pose first = room().worldFromCamera(result.frames.front().id).inverse();
+  for (const FrameReport& frame : result.frames)
+    if (frame.registered)
+      largest = std::max(largest, (frame.world_from_camera.translation() -
+                                   (first * room().worldFromCamera(frame.id)).translation())
+                                      .norm());
+  return largest;
+}
+
+const ReconstructionResult&
+reference()
+{
+  static const ReconstructionResult result = reconstruct(Frames(everyFourth()), withoutMesh());
+  return result;
+}
+
+} // namespace
+
+TEST(Reconstruct, FindsTheTruePoses)
+{
+  const ReconstructionResult& result = reference();
+  EXPECT_EQ(result.status, ReconstructionStatus::COMPLETED);
+  EXPECT_EQ(result.component_sizes, std::vector<std::size_t>{8});
+  EXPECT_LT(largestError(result), 0.005);
+  EXPECT_EQ(result.frames.front().world_from_camera.matrix(), Pose::Identity().matrix());
+  const Trajectory trajectory = result.trajectory();
+  ASSERT_EQ(trajectory.size(), 8u);
+  for (std::size_t k = 1; k < trajectory.size(); ++k)
+    EXPECT_LT(trajectory[k - 1].timestamp, trajectory[k].timestamp);
+  EXPECT_TRUE(result.trajectory(1).empty());
+  for (const FrameReport& frame : result.frames) {
+    EXPECT_TRUE(frame.registered);
+    EXPECT_EQ(frame.component, 0);
+    EXPECT_EQ(frame.reason, "");
+    EXPECT_GT(frame.features, 100u);
+    EXPECT_EQ(frame.name, "frame " + std::to_string(frame.id));
+  }
+  EXPECT_GT(result.peak_memory_bytes, 0u);
+}
+
+TEST(Reconstruct, DoesNotDependOnThreadsNorOnTheRun)
+{
+  for (const int threads : {1, 2}) {
+    ReconstructionOptions options = withoutMesh();
+    options.num_threads = threads;
+    expectSamePoses(reconstruct(Frames(everyFourth()), options), reference(), 0);
+  }
+}
+
+TEST(Reconstruct, DoesNotDependOnTheOrderOfFrames)
+{
+  std::vector<std::size_t> shuffled{20, 4, 28, 0, 12, 24, 16, 8};
+  expectSamePoses(reconstruct(Frames(shuffled), withoutMesh()), reference(), 1e-4);
+}
+
+TEST(Reconstruct, DoesNotDependOnTheUnitOfDepth)
+{
+  const TemporaryFolder folder;
+  SyntheticScanOptions options;
+  options.num_frames = 8;
+  options.frame_rate = 2.5;
+  options.width = 320;
+  options.height = 240;
+  options.focal_length = 262.5;
+  SyntheticScanWriteOptions no_surface;
+  no_surface.surface_spacing = 0;
+  const std::string scan = folder.path("scan"), depth = scan + "/depth";
+  writeSyntheticScan(SyntheticScan(options), scan, no_surface);
+  const auto poses = [&](double units) {
+    DatasetOptions recording;
+    recording.depth_scale = units;
+    return reconstruct(*openDataset(scan, recording), withoutMesh());
+  };
+  const ReconstructionResult before = poses(5000);
+  for (const auto& entry : boost::filesystem::directory_iterator(depth)) {
+    const std::string file = entry.path().string();
+    cv::imwrite(file, 2 * cv::imread(file, cv::IMREAD_UNCHANGED));
+  }
+  expectSamePoses(poses(10000), before, 0);
+  EXPECT_EQ(before.component_sizes, std::vector<std::size_t>{8});
+}
+
+TEST(Reconstruct, EveryMethodOnTheSamePreparedScan)
+{
+  const Frames frames({0, 1, 2, 3, 4, 5, 6, 8}, {3});
+  PreparedScan scan(frames, withoutMesh());
+  std::map<std::string, std::vector<std::string>> stages;
+  for (const ReconstructionMethod method :
+       {ReconstructionMethod::BUNDLE_ICP, ReconstructionMethod::VISUAL_ICP,
+        ReconstructionMethod::RGBD_SFM, ReconstructionMethod::F2M_ICP}) {
+    const std::string name = toString(method);
+    EXPECT_EQ(parseReconstructionMethod(name), method);
+    ReconstructionOptions options = withoutMesh();
+    options.method = method;
+    const ReconstructionResult result = reconstruct(scan, options);
+    EXPECT_EQ(result.status, ReconstructionStatus::COMPLETED) << name;
+    EXPECT_EQ(result.component_sizes, std::vector<std::size_t>{7}) << name;
+    EXPECT_LT(largestError(result), 0.005) << name;
+    EXPECT_CONTAINS(reportOf(result, 3).reason, "is truncated");
+    EXPECT_FALSE(reportOf(result, 3).registered) << name;
+    if (result.graph) { // others may follow that need them
+      EXPECT_FALSE(result.graph->features(0).descriptors.empty()) << name;
+    }
+    for (const auto& [stage, seconds] : result.timing_s) {
+      stages[name].push_back(stage);
+      EXPECT_GT(seconds, 0) << name << ": " << stage;
+    }
+  }
+  const std::vector<std::string> all{"features", "matching", "registration"};
+  EXPECT_EQ(stages["bundle_icp"], all);
+  EXPECT_EQ(stages["rgbd_sfm"], all);
+  EXPECT_EQ(stages["visual_icp"], (std::vector<std::string>{"features", "tracking"}));
+  EXPECT_EQ(stages["f2m_icp"], std::vector<std::string>{"tracking"});
+  EXPECT_FALSE(parseReconstructionMethod("slam"));
+}
+
+TEST(Reconstruct, TrackingMethodsGiveAMeshAndTakeTheGivenOrder)
+{
+  ReconstructionOptions options;
+  options.method = ReconstructionMethod::F2M_ICP;
+  options.volume.voxel_size = 0.02;
+  options.volume.truncation = 0.08;
+  const Frames frames({0, 1, 2, 3});
+  const ReconstructionResult result = reconstruct(frames, options);
+  EXPECT_GT(result.mesh.polygons.size(), 1000u);
+  EXPECT_FALSE(result.graph);
+  const TemporaryFolder folder;
+  writeReconstruction(folder.path("out"), frames, options, result);
+  EXPECT_EQ(readTrajectory(folder.path("out/trajectory.txt")).size(), 4u);
+  EXPECT_CONTAINS(readText(folder.path("out/report.json")), "f2m_icp");
+
+  const ReconstructionResult single = reconstruct(Frames({0, 4}, {4}), options);
+  EXPECT_EQ(single.status, ReconstructionStatus::NOTHING_REGISTERED);
+  EXPECT_CONTAINS(single.frames[0].reason, "no other frame could be aligned with it");
+}
+
+TEST(Reconstruct, SkipsAndNamesFramesThatCannotBeRead)
+{
+  const ReconstructionResult result = reconstruct(Frames(everyFourth(), {8, 20}), withoutMesh());
+  EXPECT_EQ(result.status, ReconstructionStatus::COMPLETED);
+  EXPECT_EQ(result.component_sizes, std::vector<std::size_t>{6});
+  EXPECT_LT(largestError(result), 0.005);
+  for (const std::size_t bad : {8, 20}) {
+    const FrameReport& frame = reportOf(result, bad);
+    EXPECT_FALSE(frame.registered);
+    EXPECT_EQ(frame.component, -1);
+    EXPECT_CONTAINS(frame.reason, "frame " + std::to_string(bad) + ".png is truncated");
+  }
+  EXPECT_EQ(result.graph->size(), 6u);
+  EXPECT_TRUE(result.graph->features(0).descriptors.empty());
+}
+
+TEST(Reconstruct, SaysOfEachFrameWhyNothingWasRegistered)
+{
+  // Not a frame can be read.
+  const ReconstructionResult unreadable = reconstruct(Frames({0, 4}, {0, 4}), withoutMesh());
+  EXPECT_EQ(unreadable.status, ReconstructionStatus::NOTHING_REGISTERED);
+  EXPECT_CONTAINS(unreadable.frames[1].reason, "is truncated");
+  // A single frame has nothing in common with another.
+  const ReconstructionResult single = reconstruct(Frames({0, 4}, {4}), withoutMesh());
+  EXPECT_EQ(single.status, ReconstructionStatus::NOTHING_REGISTERED);
+  EXPECT_CONTAINS(single.frames[0].reason, "no other image shares 15 verified matches");
+  EXPECT_TRUE(single.component_sizes.empty());
+  EXPECT_TRUE(single.trajectory().empty());
+  ReconstructionOptions options = withoutMesh();
+  options.graph.matching.min_matches = 100000; // more than there are
+  const ReconstructionResult apart = reconstruct(Frames(everyFourth()), options);
+  EXPECT_EQ(apart.status, ReconstructionStatus::NOTHING_REGISTERED);
+  for (const FrameReport& frame : apart.frames)
+    EXPECT_CONTAINS(frame.reason, "no other image shares 100000");
+}
+
+TEST(Reconstruct, StopsInEachStageWhenAsked)
+{
+  for (const std::string stage : {"features", "matching", "registration", "surface"}) {
+    ReconstructionOptions options;
+    options.num_threads = 1;
+    options.volume.voxel_size = 0.02;
+    options.volume.truncation = 0.08;
+    bool stopped = false;
+    const ReconstructionResult result =
+        reconstruct(Frames({0, 4, 8, 12}), options, [&](const Progress& progress) {
+          EXPECT_FALSE(stopped) << "called after it asked to stop";
+          EXPECT_LE(progress.done, progress.total);
+          stopped = progress.stage == stage;
+          return !stopped;
+        });
+    EXPECT_TRUE(stopped) << stage;
+    EXPECT_EQ(result.status, ReconstructionStatus::STOPPED) << stage;
+    EXPECT_EQ(result.frames.size(), 4u);
+    EXPECT_EQ(result.timing_s.back().first, stage);
+  }
+}
+
+TEST(Reconstruct, RefusesInvalidOptionsAndEmptyDatasets)
+{
+  const auto message = [](const ReconstructionOptions& options) {
+    return messageOf<pcl::BadArgumentException>([&] { reconstruct(Frames({0}), options); });
+  };
+  ReconstructionOptions options;
+  options.depth_reduction = 9;
+  EXPECT_CONTAINS(message(options), "reconstruct: depth_reduction must lie in 1 ... 8");
+  options = {};
+  options.num_threads = -1;
+  EXPECT_CONTAINS(message(options), "num_threads must be >= 0");
+  options = {};
+  options.features.max_features = 0;
+  EXPECT_CONTAINS(message(options), "max_features");
+  options = {};
+  options.graph.matching.ratio = 0;
+  EXPECT_CONTAINS(message(options), "ratio");
+  options = {};
+  options.mapper.registration.min_overlap = 2;
+  EXPECT_CONTAINS(message(options), "min_overlap");
+  options = {};
+  options.tracking.min_overlap = 0;
+  EXPECT_CONTAINS(message(options), "min_overlap");
+  options = {};
+  options.volume.voxel_size = 0;
+  EXPECT_CONTAINS(message(options), "voxel_size");
+  EXPECT_CONTAINS(messageOf<pcl::BadArgumentException>([] { reconstruct(Frames({})); }),
+                  "reconstruct: the dataset has no frames");
+}
+
+TEST(WriteReconstruction, WritesAllFilesAndTheReport)
+{
+  const Frames frames(everyFourth(), {8});
+  ReconstructionOptions options;
+  options.volume.voxel_size = 0.02;
+  options.volume.truncation = 0.08;
+  ReconstructionResult result = reconstruct(frames, options);
+  result.frames[1].depth_error << 0.5, -1, 2;
+  const TemporaryFolder folder;
+  writeReconstruction(folder.path("new/out"), frames, options, result);
+  for (const char* file : {"trajectory.txt", "sparse.ply", "mesh.ply", "mesh.png", "trajectory.png",
+                           "calibration.json", "report.json"})
+    EXPECT_GT(readText(folder.path("new/out/") + file).size(), 100u) << file;
+  EXPECT_GT(result.mesh.polygons.size(), 1000u);
+  EXPECT_EQ(readTrajectory(folder.path("new/out/trajectory.txt")).size(), 7u);
+
+  const auto report = nlohmann::json::parse(readText(folder.path("new/out/report.json")));
+  for (const char* key : {"version", "frames", "components", "timing_s", "peak_memory_bytes",
+                          "calibration", "options"})
+    EXPECT_TRUE(report.contains(key)) << key;
+  ASSERT_EQ(report["frames"].size(), 8u);
+  for (const auto& frame : report["frames"]) {
+    for (const char* key : {"id", "timestamp", "registered", "matches", "inliers", "icp_rmse"})
+      EXPECT_TRUE(frame.contains(key)) << key;
+    EXPECT_EQ(frame["registered"].get<bool>(), frame["id"] != 8);
+    EXPECT_EQ(frame.contains("reason"), frame["id"] == 8);
+  }
+  EXPECT_EQ(report["frames"][1]["depth_error"], nlohmann::json({0.5, -1, 2}));
+  EXPECT_FALSE(report["frames"][0].contains("depth_error"));
+  EXPECT_EQ(report["components"][0]["frames"], 7);
+  for (const char* stage : {"features", "matching", "registration", "surface"})
+    EXPECT_TRUE(report["timing_s"].contains(stage)) << stage;
+}
+
+TEST(WriteReconstruction, AFailureStillGetsAReport)
+{
+  const Frames frames({0, 4}, {4});
+  const ReconstructionResult result = reconstruct(frames, withoutMesh());
+  const TemporaryFolder folder;
+  writeReconstruction(folder.path(), frames, withoutMesh(), result);
+  const auto report = nlohmann::json::parse(readText(folder.path("report.json")));
+  EXPECT_TRUE(report["components"].empty());
+  EXPECT_CONTAINS(report["frames"][1]["reason"].get<std::string>(), "is truncated");
+  EXPECT_EQ(readText(folder.path("trajectory.txt")), "");
+}
+
+TEST(WriteReconstruction, NamesTheFolderThatCannotBeMade)
+{
+  const TemporaryFolder folder;
+  writeText(folder.path("file"), "not a folder");
+  const std::string path = folder.path("file/out");
+  EXPECT_CONTAINS(messageOf<pcl::IOException>([&] {
+                    writeReconstruction(path, Frames(everyFourth()), withoutMesh(), reference());
+                  }),
+                  path);
+}
