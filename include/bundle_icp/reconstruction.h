@@ -80,6 +80,10 @@ enum class ReconstructionStatus {
   NO_OBJECT           ///< poses are given, but no surface: ReconstructionResult::object says why
 };
 
+/** Name of a status, as it is written here. */
+BUNDLE_ICP_EXPORT const char*
+toString(ReconstructionStatus status);
+
 /** What became of one frame of the recording. */
 struct FrameReport {
   std::size_t id = 0;   ///< RGBDFrame::id
@@ -122,6 +126,10 @@ struct ReconstructionResult {
   /** Poses of the frames of a component. */
   BUNDLE_ICP_EXPORT Trajectory
   trajectory(int component = 0) const;
+
+  /** One line: how many frames have a pose in one world, and how many in others. */
+  BUNDLE_ICP_EXPORT std::string
+  summary() const;
 };
 
 /** What different methods share when they reconstruct the same recording: features, image graph

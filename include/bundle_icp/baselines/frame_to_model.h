@@ -74,6 +74,9 @@ struct TrackedFrame {
  *  The result does not depend on the number of threads. */
 class BUNDLE_ICP_EXPORT FrameToModelTracker {
 public:
+  using Ptr = std::shared_ptr<FrameToModelTracker>;
+  using ConstPtr = std::shared_ptr<const FrameToModelTracker>;
+
   /** \throws pcl::BadArgumentException for invalid options or camera. */
   explicit FrameToModelTracker(const CameraIntrinsics& camera, const TrackingOptions& options = {});
   ~FrameToModelTracker();

@@ -56,6 +56,9 @@ struct ImageEdge {
  *  releaseDescriptors(). */
 class BUNDLE_ICP_EXPORT ImageGraph {
 public:
+  using Ptr = std::shared_ptr<ImageGraph>;
+  using ConstPtr = std::shared_ptr<const ImageGraph>;
+
   /** \throws pcl::BadArgumentException for invalid options or camera. */
   ImageGraph(const CameraIntrinsics& camera, const ImageGraphOptions& options = {});
   ~ImageGraph();

@@ -68,6 +68,9 @@ struct BUNDLE_ICP_EXPORT MapperOptions {
  *  and tried again; what cannot be connected becomes a component of its own. */
 class BUNDLE_ICP_EXPORT IncrementalMapper {
 public:
+  using Ptr = std::shared_ptr<IncrementalMapper>;
+  using ConstPtr = std::shared_ptr<const IncrementalMapper>;
+
   /** \throws pcl::BadArgumentException for invalid options. */
   IncrementalMapper(const ImageGraph& graph, DepthViewProvider depth_views,
                     const MapperOptions& options = {});

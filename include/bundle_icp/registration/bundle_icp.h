@@ -68,10 +68,23 @@ public:
   void
   setCameraIntrinsics(const CameraIntrinsics& camera);
 
+  /** Unset until setCameraIntrinsics(). */
+  const std::optional<CameraIntrinsics>&
+  getCameraIntrinsics() const
+  {
+    return settings_.camera;
+  }
+
   /** Where the target was rendered; identity until set, which fits a target in its own
    *  camera frame. \throws pcl::BadArgumentException for a matrix that is not rigid. */
   void
   setVirtualDepthPose(const Eigen::Isometry3d& world_from_virtual);
+
+  const Eigen::Isometry3d&
+  getVirtualDepthPose() const
+  {
+    return settings_.world_from_virtual;
+  }
 
   /** Evidence from matched features (Algorithm 1, line 1), used by every align() until
    * it is replaced; empty lists remove it. The initial pose is their robust
@@ -85,10 +98,22 @@ public:
                            const std::vector<Eigen::Vector3d>& target_points,
                            const std::vector<double>& weights);
 
+  const VisualCorrespondences&
+  getVisualCorrespondences() const
+  {
+    return settings_.visual;
+  }
+
   /** Renders the target anew when the pose has moved further than 2 cm or 2 degrees
    * from where it was rendered. Empty: never. */
   void
   setVirtualDepthRenderer(const VirtualDepthRenderer& render);
+
+  const VirtualDepthRenderer&
+  getVirtualDepthRenderer() const
+  {
+    return render_;
+  }
 
   /** How far the surfaces may lie apart under the guess of align() [m], 0.3 until set. Less is
    * faster: below 0.03 projective association starts on its fine levels. A pose from visual
@@ -97,10 +122,22 @@ public:
   void
   setMaxMisalignment(double distance);
 
+  double
+  getMaxMisalignment() const
+  {
+    return settings_.max_misalignment;
+  }
+
   /** Threads to use, 0 = all (default). \throws pcl::BadArgumentException when
    * negative. */
   void
   setNumberOfThreads(int num_threads);
+
+  int
+  getNumberOfThreads() const
+  {
+    return settings_.num_threads;
+  }
 
   /** Outcome of the last align(). */
   const BundleICPResult&

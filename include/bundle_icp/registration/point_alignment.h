@@ -11,6 +11,7 @@
 #include <functional>
 #include <limits>
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace bundle_icp {
@@ -28,6 +29,10 @@ enum class BundleICPStatus {
   INVALID_INPUT        ///< nothing was computed; the reason was printed
 };
 
+/** Name of a status, as it is written here. */
+BUNDLE_ICP_EXPORT const char*
+toString(BundleICPStatus status);
+
 /** Whether the clouds meet at the final pose. */
 constexpr bool
 hasConverged(BundleICPStatus status)
@@ -36,7 +41,7 @@ hasConverged(BundleICPStatus status)
 }
 
 /** What align() found, beside the pose. */
-struct BundleICPResult {
+struct BUNDLE_ICP_EXPORT BundleICPResult {
   BundleICPStatus status = BundleICPStatus::NOT_RUN;
   bool projective = false;          ///< associated by projection, not by kd-tree
   bool visual_initial_pose = false; ///< started from the visual correspondences, not the guess
@@ -61,6 +66,10 @@ struct BundleICPResult {
    * plane; ICP did not change the pose along them beyond what visual correspondences
    * say. */
   std::vector<Vector6d> degenerate_directions;
+
+  /** One line: status, overlap, distance, iterations. */
+  std::string
+  summary() const;
 };
 
 /** Points of a cloud of any type: entry i lies at xyz + i * stride. */

@@ -339,11 +339,7 @@ printSummary(const Arguments& arguments, const RGBDDataset& dataset,
   printCorrections(result);
   printObject(result);
   printMeshReport(result);
-  std::cout << result.component_sizes.front() << " of " << result.frames.size()
-            << " frames have a pose in one world";
-  for (std::size_t c = 1; c < result.component_sizes.size(); ++c)
-    std::cout << (c == 1 ? "; not connected to it: " : ", ") << result.component_sizes[c];
-  std::cout << "\n";
+  std::cout << result.summary() << "\n";
   double total = 0;
   for (const auto& [stage, seconds] : result.timing_s) {
     std::cout << stage << " " << std::round(10 * seconds) / 10 << " s, ";
