@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Installs what bundle_icp is built from, on Debian 12 and Ubuntu 24.04. Ubuntu 22.04
 # needs Ceres 2.1 and GCC 12 from elsewhere.
-# Where everything is there already it does nothing, and needs no rights.
+# With --checks also what scripts/test.sh needs besides. Where everything is there already it does
+# nothing, and needs no rights.
 set -euo pipefail
 
 packages=(
@@ -13,6 +14,10 @@ packages=(
   nlohmann-json3-dev liblz4-dev
   libgtest-dev libgmock-dev libbenchmark-dev
 )
+# What scripts/test.sh checks with besides: format, a second compiler, the documentation.
+if [ "${1:-}" = --checks ]; then
+  packages+=(clang clang-format-14 clang-tidy libomp-dev doxygen)
+fi
 
 missing=()
 for package in "${packages[@]}"; do

@@ -53,8 +53,8 @@ public:
   setDepthErrors(bool depth_errors);
 
   /** An image of the graph, to be registered with its neighbours in a component: from its matches,
-   *  or, without FrameRegistrationOptions::visual_start, from the pose of the neighbour that shares most of
-   *  them. */
+   *  or, without FrameRegistrationOptions::visual_start, from the pose of the neighbour that shares
+   *  most of them. */
   NewFrame
   newFrame(const SparseModel& model, std::size_t image, int component, int num_threads) const;
 

@@ -328,7 +328,7 @@ renderBetween(const VertexRow& top, const VertexRow& bottom, int row, int width,
   for (int c = 0; c + 1 < width; ++c) {
     const std::size_t i = static_cast<std::size_t>(c);
     const bool single = cells.single[i] != 0;
-    const bool empty = (cells.u0[i] > cells.u1[i]) | (cells.v0[i] > cells.v1[i]);
+    const bool empty = (int(cells.u0[i] > cells.u1[i]) | int(cells.v0[i] > cells.v1[i])) != 0;
     cells.hits[hits] = cells.others[others] = c;
     hits += single & (cells.index[i] >= 0);
     others += !single & !empty;

@@ -32,7 +32,7 @@ struct BUNDLE_ICP_EXPORT DepthNoise {
 
 /** What is known of a kind of sensor; nothing for other names.
  *  - "kinect": structured light (Kinect, Xtion, PrimeSense). Nguyen, Izadi, Lovell, 3DIMPVT 2012.
- *  - "d400": active stereo (RealSense D435). Values measured by L. Kotsonis, as elevation_mapping has
+ *  - "d400": active stereo (RealSense D435). Values of L. Kotsonis, as elevation_mapping has
  *    them for this form of the model; Intel's formula z^2 subpixel / (focal baseline) gives nearly
  *    the same growth: 0.08 px / (425 px 0.05 m) = 0.0038 /m at 848x480.
  *  - "tof": time of flight (Kinect v2, Azure Kinect). Fankhauser et al., ICAR 2015, frontal:

@@ -16,7 +16,7 @@ struct BUNDLE_ICP_EXPORT OrientedBox {
   OrientedBox() = default;
   OrientedBox(const Pose& pose, const Eigen::Vector3d& edges) : world_from_box(pose), size(edges) {}
   /** Implicit, so that an axis-aligned box serves wherever this one does. */
-  OrientedBox(const Eigen::AlignedBox3d& box);
+  OrientedBox(const Eigen::AlignedBox3d& box); // NOLINT(google-explicit-constructor)
 
   bool
   contains(const Eigen::Vector3d& point) const

@@ -60,7 +60,7 @@ public:
   using ConstPtr = std::shared_ptr<const ImageGraph>;
 
   /** \throws pcl::BadArgumentException for invalid options or camera. */
-  ImageGraph(const CameraIntrinsics& camera, const ImageGraphOptions& options = {});
+  explicit ImageGraph(const CameraIntrinsics& camera, const ImageGraphOptions& options = {});
   ~ImageGraph();
   ImageGraph(ImageGraph&&) noexcept;
   ImageGraph&

@@ -29,7 +29,8 @@ struct BUNDLE_ICP_EXPORT RetrievalOptions {
 class BUNDLE_ICP_EXPORT ImageRetrieval {
 public:
   /** Trains the vocabulary on descriptors drawn evenly from all images. */
-  ImageRetrieval(const std::vector<const Features*>& images, const RetrievalOptions& options = {});
+  explicit ImageRetrieval(const std::vector<const Features*>& images,
+                          const RetrievalOptions& options = {});
 
   /** Describes one more image; it gets the next index. */
   void
