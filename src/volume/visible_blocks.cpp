@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "volume/visible_blocks.h"
-#include "volume/voxel_fusion.h"
+#include "volume/fusion_view.h"
 
 #include <algorithm>
 
