@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "adjustment/reduced_system.h"
 
+#include "adjustment/shared_blocks.h"
 #include "common/parallel.h"
 
 #include <algorithm>
@@ -9,49 +10,6 @@
 #include <limits>
 
 namespace bundle_icp {
-namespace {
-
-/** By image that moves. */
-std::vector<std::vector<std::size_t>>
-observationsOfImages(const AdjustmentTerms& terms)
-{
-  std::vector<std::vector<std::size_t>> result(terms.num_moving);
-  for (std::size_t k = 0; k < terms.observations.size(); ++k)
-    if (const std::size_t image = std::size_t(terms.observations[k].image); image < result.size())
-      result[image].push_back(k);
-  return result;
-}
-
-/** Two images share a block when they see a point together or are a dense pair. */
-BlockStructure
-sharedBlocks(const AdjustmentTerms& terms,
-             const std::vector<std::vector<std::size_t>>& observations_of, int num_threads)
-{
-  std::vector<std::vector<int>> columns(terms.num_moving);
-  for (std::size_t c = 0; c < columns.size(); ++c)
-    columns[c].push_back(int(c));
-  for (const AdjustedPair& pair : terms.pairs)
-    if (const auto [column, row] = std::minmax(pair.first, pair.second); row < int(columns.size()))
-      columns[std::size_t(column)].push_back(row);
-  parallelFor(columns.size(), num_threads, {}, [&](std::size_t c) {
-    std::vector<char> shared(columns.size(), 0);
-    for (const int row : columns[c])
-      shared[std::size_t(row)] = 1;
-    for (const std::size_t k : observations_of[c]) {
-      const std::size_t p = std::size_t(terms.observations[k].point);
-      for (std::size_t o = terms.first_observation[p]; o < terms.first_observation[p + 1]; ++o)
-        if (terms.observations[o].image < int(columns.size()))
-          shared[std::size_t(terms.observations[o].image)] = 1;
-    }
-    columns[c].clear();
-    for (std::size_t r = c; r < columns.size(); ++r)
-      if (shared[r])
-        columns[c].push_back(int(r));
-  });
-  return BlockStructure(columns);
-}
-
-} // namespace
 
 template <int SIZE>
 ReducedSystem<SIZE>::ReducedSystem(const AdjustmentTerms& terms, int num_threads)
@@ -92,7 +50,6 @@ ReducedSystem<SIZE>::build(const AdjustmentState& state, double damping)
   addDamping();
 }
 
-// The products are lazy since Eigen would treat matrices of so few calibrated columns as large.
 /** Phase one: normal equations of each point, and what its elimination takes from the rest. */
 template <int SIZE>
 void
@@ -106,47 +63,56 @@ ReducedSystem<SIZE>::eliminatePoints(std::size_t chunk)
   sums.reduced_gradient.setZero(m);
   std::vector<Eigen::Matrix3d> by_point;
   const auto [begin, end] = terms_.pointsOf(chunk);
-  for (std::size_t p = begin; p < end; ++p) {
-    const std::size_t first = terms_.first_observation[p], last = terms_.first_observation[p + 1];
-    Eigen::Matrix3d hessian = Eigen::Matrix3d::Zero();
-    Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
-    Matrix3X by_calibration = Matrix3X::Zero(3, m);
-    by_point.clear();
-    for (std::size_t k = first; k < last; ++k) {
-      const ObservationRows rows = terms_.linearise(terms_.observations[k], *state_);
-      by_point.push_back(rows.by_point);
-      hessian += rows.by_point.transpose() * rows.by_point;
-      gradient += rows.by_point.transpose() * rows.residual;
-      observations_[k].by_image = rows.by_image.template leftCols<SIZE>();
-      observations_[k].residual = rows.residual;
-      if (m == 0)
-        continue;
-      Matrix3X& columns = by_calibration_[k];
-      columns.resize(3, m);
-      for (Eigen::Index i = 0; i < m; ++i)
-        columns.col(i) = rows.by_calibration.col(terms_.calibrated[std::size_t(i)]);
-      by_calibration += rows.by_point.transpose().lazyProduct(columns);
-      sums.matrix += columns.transpose().lazyProduct(columns);
-      sums.diagonal += columns.colwise().squaredNorm().transpose();
-      sums.gradient += columns.transpose().lazyProduct(rows.residual);
-    }
-    PointTerms& point = points_[p];
-    point.damping = damping_ * hessian.diagonal().unaryExpr(&dampedPart);
-    hessian.diagonal() += point.damping;
-    point.root = hessian.llt().matrixL().solve(Eigen::Matrix3d::Identity()).transpose();
-    point.gradient = gradient;
-    point.reduced_gradient = point.root.transpose() * gradient;
-    for (std::size_t k = first; k < last; ++k)
-      eliminated_[k].template topRows<SIZE>() =
-          observations_[k].by_image.transpose() * (by_point[k - first] * point.root);
+  for (std::size_t p = begin; p < end; ++p)
+    eliminatePoint(p, by_point, sums);
+  sums.reduced_gradient += sums.gradient;
+}
+
+// The products are lazy since Eigen would treat matrices of so few calibrated columns as large.
+template <int SIZE>
+void
+ReducedSystem<SIZE>::eliminatePoint(std::size_t p, std::vector<Eigen::Matrix3d>& by_point,
+                                    CalibrationTerms& sums)
+{
+  const Eigen::Index m = numCalibrated();
+  const std::size_t first = terms_.first_observation[p], last = terms_.first_observation[p + 1];
+  Eigen::Matrix3d hessian = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
+  Matrix3X by_calibration = Matrix3X::Zero(3, m);
+  by_point.clear();
+  for (std::size_t k = first; k < last; ++k) {
+    const ObservationRows rows = terms_.linearise(terms_.observations[k], *state_);
+    by_point.push_back(rows.by_point);
+    hessian += rows.by_point.transpose() * rows.by_point;
+    gradient += rows.by_point.transpose() * rows.residual;
+    observations_[k].by_image = rows.by_image.template leftCols<SIZE>();
+    observations_[k].residual = rows.residual;
     if (m == 0)
       continue;
-    points_by_calibration_[p] = point.root.transpose().lazyProduct(by_calibration);
-    sums.matrix -= points_by_calibration_[p].transpose().lazyProduct(points_by_calibration_[p]);
-    sums.reduced_gradient -=
-        points_by_calibration_[p].transpose().lazyProduct(point.reduced_gradient);
+    Matrix3X& columns = by_calibration_[k];
+    columns.resize(3, m);
+    for (Eigen::Index i = 0; i < m; ++i)
+      columns.col(i) = rows.by_calibration.col(terms_.calibrated[std::size_t(i)]);
+    by_calibration += rows.by_point.transpose().lazyProduct(columns);
+    sums.matrix += columns.transpose().lazyProduct(columns);
+    sums.diagonal += columns.colwise().squaredNorm().transpose();
+    sums.gradient += columns.transpose().lazyProduct(rows.residual);
   }
-  sums.reduced_gradient += sums.gradient;
+  PointTerms& point = points_[p];
+  point.damping = damping_ * hessian.diagonal().unaryExpr(&dampedPart);
+  hessian.diagonal() += point.damping;
+  point.root = hessian.llt().matrixL().solve(Eigen::Matrix3d::Identity()).transpose();
+  point.gradient = gradient;
+  point.reduced_gradient = point.root.transpose() * gradient;
+  for (std::size_t k = first; k < last; ++k)
+    eliminated_[k].template topRows<SIZE>() =
+        observations_[k].by_image.transpose() * (by_point[k - first] * point.root);
+  if (m == 0)
+    return;
+  points_by_calibration_[p] = point.root.transpose().lazyProduct(by_calibration);
+  sums.matrix -= points_by_calibration_[p].transpose().lazyProduct(points_by_calibration_[p]);
+  sums.reduced_gradient -=
+      points_by_calibration_[p].transpose().lazyProduct(point.reduced_gradient);
 }
 
 /** Phase two: one block column of the reduced matrix. */

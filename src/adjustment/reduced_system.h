@@ -69,6 +69,9 @@ private:
 
   void
   eliminatePoints(std::size_t chunk);
+  /** `by_point` is working memory. */
+  void
+  eliminatePoint(std::size_t p, std::vector<Eigen::Matrix3d>& by_point, CalibrationTerms& sums);
   void
   sumColumn(std::size_t image);
   void

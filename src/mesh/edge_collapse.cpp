@@ -2,12 +2,14 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "mesh/edge_collapse.h"
 
+#include "mesh/attached_points.h"
 #include "mesh/mesh_editing.h"
+#include "mesh/triangle_distance.h"
+#include "mesh/vertex_quadrics.h"
 
-#include <Eigen/Dense>
-
+#include <algorithm>
 #include <cmath>
-#include <limits>
+#include <numeric>
 #include <queue>
 #include <tuple>
 #include <utility>
@@ -19,26 +21,28 @@
 namespace bundle_icp {
 namespace {
 
-constexpr std::uint32_t NONE = std::numeric_limits<std::uint32_t>::max();
+constexpr std::uint32_t NONE = UINT32_MAX;
 /** Cosine of the largest angle by which a collapse may turn a triangle. */
 constexpr double MIN_TURN_COSINE = 0.2;
 /** Height over longest edge that a collapse may leave a triangle with. */
 constexpr double NARROW = 0.01;
 
-/** Sum of squared distances to planes, weighted: [x 1] Q [x 1]'. */
-using Quadric = Eigen::Matrix4d;
-
-Quadric
-planeQuadric(const Eigen::Vector3d& normal, const Eigen::Vector3d& point, double weight)
+Eigen::Vector3d
+middleOf(const SurfaceMesh& mesh)
 {
-  const Eigen::Vector4d plane(normal.x(), normal.y(), normal.z(), -normal.dot(point));
-  return weight * plane * plane.transpose();
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3f& vertex : mesh.vertices)
+    middle += vertex.cast<double>() / double(mesh.vertices.size());
+  return middle;
 }
 
-double
-errorAt(const Quadric& quadric, const Eigen::Vector3d& point)
+std::vector<Eigen::Vector3d>
+relativeTo(const Eigen::Vector3d& middle, const SurfaceMesh& mesh)
 {
-  return point.homogeneous().dot(quadric * point.homogeneous());
+  std::vector<Eigen::Vector3d> positions(mesh.vertices.size());
+  for (std::size_t v = 0; v < positions.size(); ++v)
+    positions[v] = mesh.vertices[v].cast<double>() - middle;
+  return positions;
 }
 
 /** A mesh whose edges are collapsed one by one. Each vertex of the original mesh stays attached to
@@ -47,25 +51,17 @@ errorAt(const Quadric& quadric, const Eigen::Vector3d& point)
 class EdgeCollapse {
 public:
   EdgeCollapse(SurfaceMesh& mesh, double max_error)
-  : mesh_(mesh), half_edges_(mesh.triangles, mesh.vertices.size()), max_error_(max_error),
-    middle_(Eigen::Vector3d::Zero()), position_(mesh.vertices.size()),
-    quadric_(mesh.vertices.size(), Quadric::Zero()), is_boundary_(mesh.vertices.size(), false),
+  : mesh_(mesh), half_edges_(mesh.triangles, mesh.vertices.size()),
+    max_error_(max_error > 0 ? max_error : INFINITY), middle_(middleOf(mesh)),
+    position_(relativeTo(middle_, mesh)), quadrics_(mesh.triangles, half_edges_, position_),
     boundary_error_(mesh.vertices.size(), 0), version_(mesh.vertices.size(), 0),
     merged_(mesh.vertices.size(), NONE), last_merged_(mesh.vertices.size()),
-    first_point_(mesh.triangles.size(), NONE), next_point_(mesh.vertices.size(), NONE),
-    point_error_(mesh.vertices.size(), 0), num_triangles_(mesh.triangles.size())
+    points_(position_, half_edges_, mesh.triangles.size()), num_triangles_(mesh.triangles.size())
   {
-    for (const Eigen::Vector3f& vertex : mesh.vertices)
-      middle_ += vertex.cast<double>() / double(mesh.vertices.size());
-    for (std::uint32_t v = 0; v < position_.size(); ++v) {
-      position_[v] = mesh.vertices[v].cast<double>() - middle_;
-      last_merged_[v] = v;
-      std::uint32_t triangle = NONE;
-      half_edges_.forEachLeaving(v, [&](std::uint32_t h) { triangle = std::min(triangle, h / 3); });
-      next_point_[v] = std::exchange(first_point_[triangle], v);
-    }
-    point_ = position_;
-    sumQuadrics();
+    std::iota(last_merged_.begin(), last_merged_.end(), 0);
+    half_edges_.forEachEdge([&](const std::uint32_t* first, const std::uint32_t*) {
+      push(half_edges_.from(*first), half_edges_.to(*first));
+    });
   }
 
   void
@@ -90,7 +86,7 @@ public:
       keep[t] = isAlive(t);
     keepTriangles(mesh_, keep);
     removeUnusedVertices(mesh_);
-    return std::move(point_error_);
+    return points_.takeErrors();
   }
 
 private:
@@ -114,68 +110,21 @@ private:
   struct Plan {
     std::uint32_t keep, drop;
     Eigen::Vector3d position;
-    Vertices ring_keep, ring_drop; ///< around both ends, see ring()
-    Triangles removed;             ///< at the edge
-    Triangles remaining;           ///< all others around its ends
-    Triangles moved;               ///< of these, those at `drop`
-    Vertices points;               ///< attached to any of them
-    Triangles new_triangle;        ///< of each point
-    std::vector<double> new_error;
-    double boundary_error; ///< of `keep`, see boundary_error_
+    Vertices ring_keep, ring_drop;                         ///< around both ends, see ring()
+    Triangles removed;                                     ///< at the edge
+    Triangles remaining;                                   ///< all others around its ends
+    Triangles moved;                                       ///< of these, those at `drop`
+    Vertices points;                                       ///< attached to any of them
+    std::vector<std::pair<double, std::uint32_t>> nearest; ///< squared distance, triangle of each
+    double boundary_error;                                 ///< of `keep`, see boundary_error_
   };
-
-  void
-  sumQuadrics()
-  {
-    for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t) {
-      const Eigen::Vector3d normal = normalOf(t);
-      for (const std::uint32_t vertex : mesh_.triangles[t])
-        quadric_[vertex] += planeQuadric(normal.normalized(), position_[vertex], normal.norm() / 6);
-    }
-    // A boundary is held by planes through it, across the surface.
-    half_edges_.forEachEdge([&](const std::uint32_t* first, const std::uint32_t* last) {
-      for (const std::uint32_t* h = first; h != last && last - first != 2; ++h) {
-        const std::uint32_t a = half_edges_.from(*h), b = half_edges_.to(*h);
-        const Eigen::Vector3d along = position_[b] - position_[a];
-        const Eigen::Vector3d across = along.cross(normalOf(*h / 3)).normalized();
-        for (const std::uint32_t vertex : {a, b}) {
-          quadric_[vertex] += planeQuadric(across, position_[a], along.squaredNorm());
-          is_boundary_[vertex] = true;
-        }
-      }
-    });
-    half_edges_.forEachEdge([&](const std::uint32_t* first, const std::uint32_t*) {
-      push(half_edges_.from(*first), half_edges_.to(*first));
-    });
-  }
 
   void
   push(std::uint32_t a, std::uint32_t b)
   {
     if (a > b)
       std::swap(a, b);
-    const Quadric sum = quadric_[a] + quadric_[b];
-    const double cost = std::max(0.0, errorAt(sum, bestPosition(a, b, sum)));
-    queue_.push({cost, a, b, version_[a], version_[b]});
-  }
-
-  /** Where the quadric is least: on boundaries one of the ends, elsewhere anywhere near. */
-  Eigen::Vector3d
-  bestPosition(std::uint32_t a, std::uint32_t b, const Quadric& quadric) const
-  {
-    const Eigen::Vector3d &pa = position_[a], &pb = position_[b];
-    if (is_boundary_[a] != is_boundary_[b])
-      return is_boundary_[a] ? pa : pb;
-    if (is_boundary_[a])
-      return errorAt(quadric, pa) <= errorAt(quadric, pb) ? pa : pb;
-    // Where planes leave a direction open, a weak pull to the middle decides.
-    const Eigen::Vector3d middle = (pa + pb) / 2;
-    Eigen::Matrix3d left = quadric.topLeftCorner<3, 3>();
-    const double pull = 1e-3 * left.trace() + 1e-30;
-    left.diagonal().array() += pull;
-    const Eigen::Vector3d best = left.ldlt().solve(pull * middle - quadric.topRightCorner<3, 1>());
-    const bool is_near = (best - middle).squaredNorm() < 4 * (pb - pa).squaredNorm(); // not NaN
-    return is_near ? best : middle;
+    queue_.push({quadrics_.cost(a, b), a, b, version_[a], version_[b]});
   }
 
   bool
@@ -185,8 +134,7 @@ private:
     plan_.drop = candidate.b;
     if (version_[plan_.keep] != candidate.version_a || version_[plan_.drop] != candidate.version_b)
       return false;
-    plan_.position =
-        bestPosition(plan_.keep, plan_.drop, quadric_[plan_.keep] + quadric_[plan_.drop]);
+    plan_.position = quadrics_.bestPosition(plan_.keep, plan_.drop);
     collectTriangles();
     return keepsTopology() && keepsShape() && keepsBoundary() && attachPoints();
   }
@@ -219,7 +167,7 @@ private:
   {
     const std::size_t count = plan_.removed.size();
     if (count == 0 || count > 2 || plan_.remaining.empty() ||
-        (is_boundary_[plan_.keep] && is_boundary_[plan_.drop] && count == 2))
+        (quadrics_.isBoundary(plan_.keep) && quadrics_.isBoundary(plan_.drop) && count == 2))
       return false;
     Vertices common;
     std::set_intersection(plan_.ring_keep.begin(), plan_.ring_keep.end(), plan_.ring_drop.begin(),
@@ -246,11 +194,12 @@ private:
     Eigen::Vector3d around = Eigen::Vector3d::Zero();
     for (const auto* triangles : {&plan_.removed, &plan_.remaining})
       for (const std::uint32_t t : *triangles)
-        around += normalOf(t);
+        around += areaNormal(position_, mesh_.triangles[t]);
     return std::all_of(plan_.remaining.begin(), plan_.remaining.end(), [&](std::uint32_t t) {
       const auto& [v0, v1, v2] = mesh_.triangles[t];
       const Eigen::Vector3d &a = planned(v0), &b = planned(v1), &c = planned(v2);
-      const Eigen::Vector3d before = normalOf(t), after = (b - a).cross(c - a);
+      const Eigen::Vector3d before = areaNormal(position_, mesh_.triangles[t]),
+                            after = (b - a).cross(c - a);
       const double shape_before = shape(before.norm(), position_[v0], position_[v1], position_[v2]);
       // A narrow triangle's own normal says little.
       const Eigen::Vector3d& reference = shape_before < NARROW ? around : before;
@@ -278,7 +227,7 @@ private:
         nearest = std::min(nearest, squaredDistance(position_[lost], plan_.position, end, end));
       }
     plan_.boundary_error += std::sqrt(nearest);
-    return max_error_ == 0 || plan_.boundary_error <= max_error_;
+    return plan_.boundary_error <= max_error_;
   }
 
   /** Finds the nearest of the remaining triangles for each point attached to those around. */
@@ -286,25 +235,21 @@ private:
   attachPoints()
   {
     plan_.points.clear();
-    plan_.new_triangle.clear();
-    plan_.new_error.clear();
-    const double limit = max_error_ > 0 ? max_error_ * max_error_ : INFINITY;
+    plan_.nearest.clear();
     for (const auto* triangles : {&plan_.removed, &plan_.remaining})
       for (const std::uint32_t t : *triangles)
-        for (std::uint32_t p = first_point_[t]; p != NONE; p = next_point_[p])
-          plan_.points.push_back(p);
+        points_.collect(t, plan_.points);
     for (const std::uint32_t p : plan_.points) {
       std::pair<double, std::uint32_t> nearest(INFINITY, NONE);
       for (const std::uint32_t t : plan_.remaining) {
         const auto& [a, b, c] = mesh_.triangles[t];
-        const double d = squaredDistance(point_[p], planned(a), planned(b), planned(c));
+        const double d = squaredDistance(points_.position(p), planned(a), planned(b), planned(c));
         if (d < nearest.first)
           nearest = {d, t};
       }
-      if (!(nearest.first <= limit))
+      if (!(nearest.first <= max_error_ * max_error_))
         return false;
-      plan_.new_error.push_back(nearest.first);
-      plan_.new_triangle.push_back(nearest.second);
+      plan_.nearest.push_back(nearest);
     }
     return true;
   }
@@ -315,10 +260,10 @@ private:
     const std::uint32_t keep = plan_.keep, drop = plan_.drop;
     const Eigen::Vector3d edge = position_[drop] - position_[keep];
     const double share = edge.dot(plan_.position - position_[keep]) / edge.squaredNorm();
-    blendAttributes(std::clamp(share, 0.0, 1.0)); // NaN, of an edge without length, stays 0
+    // NaN, of an edge without length, stays 0
+    blendAttributes(mesh_, keep, drop, std::clamp(share, 0.0, 1.0));
     position_[keep] = plan_.position;
-    quadric_[keep] += quadric_[drop];
-    is_boundary_[keep] |= is_boundary_[drop];
+    quadrics_.merge(keep, drop);
     boundary_error_[keep] = plan_.boundary_error;
     for (const std::uint32_t t : plan_.moved)
       std::replace(mesh_.triangles[t].begin(), mesh_.triangles[t].end(), drop, keep);
@@ -329,45 +274,14 @@ private:
     last_merged_[keep] = last_merged_[drop];
     for (const auto* triangles : {&plan_.removed, &plan_.remaining})
       for (const std::uint32_t t : *triangles)
-        first_point_[t] = NONE;
-    for (std::size_t i = 0; i < plan_.points.size(); ++i) {
-      const std::uint32_t p = plan_.points[i];
-      point_error_[p] = plan_.new_error[i];
-      next_point_[p] = std::exchange(first_point_[plan_.new_triangle[i]], p);
-    }
+        points_.detach(t);
+    for (std::size_t i = 0; i < plan_.points.size(); ++i)
+      points_.attach(plan_.points[i], plan_.nearest[i].second, plan_.nearest[i].first);
     ++version_[keep];
     ++version_[drop];
     ring(keep, plan_.ring_keep);
     const auto end = std::unique(plan_.ring_keep.begin(), plan_.ring_keep.end());
     std::for_each(plan_.ring_keep.begin(), end, [&](std::uint32_t vertex) { push(keep, vertex); });
-  }
-
-  /** Moves the attributes of `keep` towards those of `drop`. */
-  void
-  blendAttributes(double share)
-  {
-    const std::uint32_t keep = plan_.keep, drop = plan_.drop;
-    const auto s = static_cast<float>(share);
-    const auto blend = [s](float a, float b) { return (1 - s) * a + s * b; };
-    if (!mesh_.normals.empty()) {
-      const Eigen::Vector3f normal = (1 - s) * mesh_.normals[keep] + s * mesh_.normals[drop];
-      if (normal.squaredNorm() > 0)
-        mesh_.normals[keep] = normal.normalized();
-    }
-    if (!mesh_.colors.empty())
-      for (int i = 0; i < 3; ++i)
-        mesh_.colors[keep][i] = static_cast<std::uint8_t>(
-            std::lround(blend(mesh_.colors[keep][i], mesh_.colors[drop][i])));
-    for (auto* list : {&mesh_.weights, &mesh_.deviations})
-      if (!list->empty())
-        (*list)[keep] = blend((*list)[keep], (*list)[drop]);
-  }
-
-  Eigen::Vector3d
-  normalOf(std::uint32_t triangle) const
-  {
-    const auto& [a, b, c] = mesh_.triangles[triangle];
-    return (position_[b] - position_[a]).cross(position_[c] - position_[a]);
   }
 
   /** Place of a vertex after the planned collapse. */
@@ -413,51 +327,17 @@ private:
   const double max_error_;
   Eigen::Vector3d middle_;
   std::vector<Eigen::Vector3d> position_;
-  std::vector<Quadric> quadric_;
-  std::vector<std::uint8_t> is_boundary_; // of vertices
-  std::vector<double> boundary_error_;    // how far the boundary there may have moved [m]
-  std::vector<std::uint32_t> version_;    // of vertices: how often they have changed
-  Vertices merged_, last_merged_;         // lists of the vertices that became one
-  Vertices first_point_, next_point_;     // lists by triangle
-  std::vector<double> point_error_;
-  std::vector<Eigen::Vector3d> point_; // the original vertices
+  VertexQuadrics quadrics_;
+  std::vector<double> boundary_error_; // how far the boundary there may have moved [m]
+  std::vector<std::uint32_t> version_; // of vertices: how often they have changed
+  Vertices merged_, last_merged_;      // lists of the vertices that became one
+  AttachedPoints points_;              // the original vertices
   std::size_t num_triangles_;
   std::priority_queue<Candidate> queue_;
   Plan plan_;
 };
 
 } // namespace
-
-// Ericson, Real-time collision detection, 2005, section 5.1.5: by the region of the triangle's
-// plane that the point lies above.
-double
-squaredDistance(const Eigen::Vector3d& point, const Eigen::Vector3d& a, const Eigen::Vector3d& b,
-                const Eigen::Vector3d& c)
-{
-  const Eigen::Vector3d ab = b - a, ac = c - a, ap = point - a;
-  const double d1 = ab.dot(ap), d2 = ac.dot(ap);
-  if (d1 <= 0 && d2 <= 0)
-    return ap.squaredNorm();
-  const Eigen::Vector3d bp = point - b;
-  const double d3 = ab.dot(bp), d4 = ac.dot(bp);
-  if (d3 >= 0 && d4 <= d3)
-    return bp.squaredNorm();
-  const double vc = d1 * d4 - d3 * d2;
-  if (vc <= 0 && d1 >= 0 && d3 <= 0)
-    return (ap - d1 / (d1 - d3) * ab).squaredNorm();
-  const Eigen::Vector3d cp = point - c;
-  const double d5 = ab.dot(cp), d6 = ac.dot(cp);
-  if (d6 >= 0 && d5 <= d6)
-    return cp.squaredNorm();
-  const double vb = d5 * d2 - d1 * d6;
-  if (vb <= 0 && d2 >= 0 && d6 <= 0)
-    return (ap - d2 / (d2 - d6) * ac).squaredNorm();
-  const double va = d3 * d6 - d5 * d4;
-  if (va <= 0 && d4 >= d3 && d5 >= d6)
-    return (bp - (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (c - b)).squaredNorm();
-  const double sum = va + vb + vc;
-  return (ap - vb / sum * ab - vc / sum * ac).squaredNorm();
-}
 
 std::vector<double>
 collapseEdges(SurfaceMesh& mesh, const MeshDecimationOptions& options)

@@ -6,11 +6,6 @@
 
 namespace bundle_icp {
 
-/** Distance of a point to a triangle, squared. */
-double
-squaredDistance(const Eigen::Vector3d& point, const Eigen::Vector3d& a, const Eigen::Vector3d& b,
-                const Eigen::Vector3d& c);
-
 /** Collapses edges until `options` are met or no edge is left that may be. \return the squared
  *  distance of each vertex before to the mesh after, at most [m^2]. */
 std::vector<double>

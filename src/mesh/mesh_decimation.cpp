@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "mesh/edge_collapse.h"
 #include "mesh/mesh_editing.h"
+#include "mesh/triangle_distance.h"
 
 #include <bundle_icp/mesh/mesh_decimation.h>
 

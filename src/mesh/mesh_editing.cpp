@@ -5,6 +5,7 @@
 #include <pcl/exceptions.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <string>
 
@@ -29,6 +30,25 @@ checkLists(const SurfaceMesh& mesh, const char* caller)
       if (vertex >= size)
         throw pcl::BadArgumentException(std::string(caller) + ": a triangle names vertex " +
                                         std::to_string(vertex) + " of " + std::to_string(size));
+}
+
+void
+blendAttributes(SurfaceMesh& mesh, std::uint32_t to, std::uint32_t from, double share)
+{
+  const auto s = static_cast<float>(share);
+  const auto blend = [s](float a, float b) { return (1 - s) * a + s * b; };
+  if (!mesh.normals.empty()) {
+    const Eigen::Vector3f normal = (1 - s) * mesh.normals[to] + s * mesh.normals[from];
+    if (normal.squaredNorm() > 0)
+      mesh.normals[to] = normal.normalized();
+  }
+  if (!mesh.colors.empty())
+    for (int i = 0; i < 3; ++i)
+      mesh.colors[to][i] =
+          static_cast<std::uint8_t>(std::lround(blend(mesh.colors[to][i], mesh.colors[from][i])));
+  for (auto* list : {&mesh.weights, &mesh.deviations})
+    if (!list->empty())
+      (*list)[to] = blend((*list)[to], (*list)[from]);
 }
 
 std::size_t

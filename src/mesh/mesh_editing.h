@@ -65,6 +65,10 @@ removeSmallAreas(SurfaceMesh& mesh, double min_area);
 void
 fillHoles(SurfaceMesh& mesh, double max_perimeter, MeshCleaningResult& result);
 
+/** Moves the attributes of vertex `to` towards those of `from`, by a share of 0 to 1. */
+void
+blendAttributes(SurfaceMesh& mesh, std::uint32_t to, std::uint32_t from, double share);
+
 /** Keeps the triangles whose flag is set, in their order. \return how many went. */
 std::size_t
 keepTriangles(SurfaceMesh& mesh, const std::vector<std::uint8_t>& keep);
@@ -85,6 +89,13 @@ areaNormal(const SurfaceMesh& mesh, const Triangle& triangle)
 {
   const Eigen::Vector3d a = corner(mesh, triangle, 0);
   return (corner(mesh, triangle, 1) - a).cross(corner(mesh, triangle, 2) - a);
+}
+
+inline Eigen::Vector3d
+areaNormal(const std::vector<Eigen::Vector3d>& positions, const Triangle& triangle)
+{
+  const auto& [a, b, c] = triangle;
+  return (positions[b] - positions[a]).cross(positions[c] - positions[a]);
 }
 
 /** True where a triangle is so narrow that it has no normal to speak of: its height is less

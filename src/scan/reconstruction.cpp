@@ -2,9 +2,9 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include <bundle_icp/reconstruction.h>
 
-#include "scan/frame_appearance.h"
 #include "scan/prepared_scan.h"
 #include "scan/read_in_order.h"
+#include "scan/scan_surface.h"
 
 #include <pcl/exceptions.h>
 #include <sys/resource.h>
@@ -66,14 +66,6 @@ private:
   mapImages();
   bool
   makeSurface();
-  std::vector<std::size_t>
-  framesToFuse() const;
-  RGBDFrame
-  corrected(std::size_t index, const RGBDFrame& image) const;
-  bool
-  findObject();
-  bool
-  fuseSurface();
   void
   chooseWorld();
   void
@@ -262,103 +254,14 @@ Reconstruction::makeSurface()
     scan_.releaseDepth();
   }
   if (options_.object) {
-    if (!timed("object", [this] { return findObject(); }))
+    if (!timed("object",
+               [this] { return findObject(scan_.dataset(), options_, progress_, result_); }))
       return false;
     if (!result_.object->is_found)
       return true;
   }
-  return timed("surface", [this] { return fuseSurface(); });
-}
-
-/** All frames of the largest component, in the order of their content, which a shuffled recording
- *  shares; those that were tracked in that of their tracking. */
-std::vector<std::size_t>
-Reconstruction::framesToFuse() const
-{
-  std::vector<std::size_t> fused = result_.frame_of_image;
-  if (!result_.graph) {
-    fused.resize(result_.frames.size());
-    std::iota(fused.begin(), fused.end(), 0);
-  }
-  fused.erase(std::remove_if(fused.begin(), fused.end(),
-                             [this](std::size_t i) { return result_.frames[i].component != 0; }),
-              fused.end());
-  return fused;
-}
-
-RGBDFrame
-Reconstruction::corrected(std::size_t index, const RGBDFrame& image) const
-{
-  return correctedFrame(image, scan_.dataset().camera(), result_.model.calibration(),
-                        result_.frames[index].depth_error);
-}
-
-/** A pass over some frames' points, before the surface. */
-bool
-Reconstruction::findObject()
-{
-  constexpr std::size_t most_frames = 100;
-  const std::vector<std::size_t> all = framesToFuse();
-  std::vector<std::size_t> some;
-  for (std::size_t i = 0; i < std::min(most_frames, all.size()); ++i)
-    some.push_back(all[i * all.size() / std::min(most_frames, all.size())]);
-  const CameraIntrinsics camera = result_.model.calibration().corrected(scan_.dataset().camera());
-  std::vector<pcl::PointCloud<pcl::PointXYZ>> clouds;
-  std::vector<Pose> poses;
-  std::size_t done = 0;
-  const bool completed = readInOrder(
-      scan_.dataset(), some, options_.num_threads,
-      [&](std::size_t index, const RGBDFrame& image, const std::string& error) {
-        if (error.empty()) { // one that cannot be read is named when it is to be fused
-          constexpr int step = 6;
-          clouds.push_back(samplePoints(image, camera, step));
-          poses.push_back(result_.frames[index].world_from_depth);
-        }
-        return !progress_ || progress_({"object", ++done, some.size()});
-      },
-      [this](std::size_t index, const RGBDFrame& image) { return corrected(index, image); });
-  if (!completed)
-    return false;
-  result_.object.emplace();
-  result_.object->reason = "no object: no frame could be read again";
-  if (!clouds.empty())
-    result_.object = findObjectRegion(clouds, poses, *options_.object);
-  return true;
-}
-
-/** Equation (7). */
-bool
-Reconstruction::fuseSurface()
-{
-  const std::vector<std::size_t> fused = framesToFuse();
-  const CameraIntrinsics camera = result_.model.calibration().corrected(scan_.dataset().camera());
-  TSDFOptions volume_options = options_.volume;
-  if (result_.object)
-    volume_options.region = result_.object->box;
-  TSDFVolume volume(volume_options);
-  std::vector<ColorCorrection> corrections(result_.frames.size());
-  if (result_.graph) {
-    const auto of_image = colorCorrections(*result_.graph, result_.model);
-    for (std::size_t image = 0; image < of_image.size(); ++image)
-      corrections[result_.frame_of_image[image]] = of_image[image];
-  }
-  std::size_t done = 0;
-  const auto fuse = [&](std::size_t index, const RGBDFrame& image, const std::string& error) {
-    FrameReport& frame = result_.frames[index];
-    // One that could be read before keeps its pose; the surface does without it.
-    frame.reason = error;
-    if (error.empty())
-      volume.integrate(image, camera, frame.world_from_depth, corrections[index]);
-    return !progress_ || progress_({"surface", ++done, fused.size()});
-  };
-  const auto correct = [this](std::size_t index, const RGBDFrame& image) {
-    return corrected(index, image);
-  };
-  if (!readInOrder(scan_.dataset(), fused, options_.num_threads, fuse, correct))
-    return false;
-  result_.mesh =
-      toPolygonMesh(extractSurface(std::move(volume), options_.mesh, &result_.mesh_report));
-  return true;
+  return timed("surface",
+               [this] { return fuseSurface(scan_.dataset(), options_, progress_, result_); });
 }
 
 Trajectory

@@ -3,10 +3,10 @@
 #include "virtual_depth/warp_view.h"
 
 #include "common/depth_edges.h"
+#include "virtual_depth/warp_target.h"
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <utility>
 #include <vector>
 
@@ -106,53 +106,6 @@ vertex(const VertexRow& row, int c)
   return {row.u[c], row.v[c], row.inverse_z[c]};
 }
 
-/** The pixel buffer that one view is rendered into. */
-class Target {
-public:
-  Target(const CameraIntrinsics& camera, const VirtualDepthOptions& options)
-  : width(camera.width), height(camera.height),
-    pixels(static_cast<std::size_t>(width) * static_cast<std::size_t>(height)),
-    averaged_(pixels.size()), reach_(camera.depth_noise, options.merge_sigmas)
-  {
-  }
-
-  /** Noise folds a mesh that is seen from aside, so that a pixel meets its surface
-   * several times. These are averaged: taking the nearest would pull the surface to the
-   * camera. */
-  void
-  add(int index, float inverse_z, int source)
-  {
-    const std::size_t at = static_cast<std::size_t>(index);
-    WarpedPixel& pixel = pixels[at];
-    if (pixel.inverse_depth == 0) {
-      pixel = {inverse_z, source};
-      return;
-    }
-    const float held = pixel.inverse_depth;
-    const float nearest = std::max(held, inverse_z);
-    // sigma(z) / z^2 is the standard deviation of inverse depth.
-    const float tolerance = reach_(1 / nearest) * nearest * nearest;
-    if (std::abs(inverse_z - held) <= tolerance) {
-      std::uint8_t& averaged = averaged_[at];
-      averaged += averaged < MAX_AVERAGED;
-      pixel.inverse_depth += (inverse_z - held) / static_cast<float>(averaged + 1);
-    }
-    else if (inverse_z > held) {
-      pixel = {inverse_z, source};
-      averaged_[at] = 0;
-    }
-  }
-
-  const int width, height;
-  WarpedView pixels;
-
-private:
-  static constexpr std::uint8_t MAX_AVERAGED = 254;
-
-  std::vector<std::uint8_t> averaged_; // with the value first held
-  DepthSigma reach_;
-};
-
 /** A cell of the mesh: corner `o`, the ends `a` and `b` of the two edges that leave it,
  * and for a whole quad the corner `c` opposite to it. */
 struct Cell {
@@ -231,7 +184,7 @@ lastPixel(float high, float size)
 }
 
 BUNDLE_ICP_INLINE void
-boundQuads(const VertexRow& top, const VertexRow& bottom, int quads, const Target& target,
+boundQuads(const VertexRow& top, const VertexRow& bottom, int quads, const WarpTarget& target,
            RowCells& cells)
 {
   const float width = static_cast<float>(target.width), height = static_cast<float>(target.height);
@@ -279,7 +232,7 @@ sampleQuads(const VertexRow& top, const VertexRow& bottom, int quads, int row, i
 }
 
 inline void
-renderCell(const Cell& cell, const Box& box, Target& target)
+renderCell(const Cell& cell, const Box& box, WarpTarget& target)
 {
   for (int v = box.v0; v <= box.v1; ++v)
     for (int u = box.u0; u <= box.u1; ++u) {
@@ -297,7 +250,7 @@ renderCell(const Cell& cell, const Box& box, Target& target)
  * clockwise. */
 void
 renderOther(const VertexRow& top, const VertexRow& bottom, int row, int width, int c,
-            const RowCells& cells, Target& target)
+            const RowCells& cells, WarpTarget& target)
 {
   const std::size_t i = static_cast<std::size_t>(c);
   const Box box{cells.u0[i], cells.u1[i], cells.v0[i], cells.v1[i]};
@@ -322,7 +275,7 @@ renderOther(const VertexRow& top, const VertexRow& bottom, int row, int width, i
  * listed first, they cost no mispredicted branch. */
 void
 renderBetween(const VertexRow& top, const VertexRow& bottom, int row, int width, RowCells& cells,
-              Target& target)
+              WarpTarget& target)
 {
   std::size_t hits = 0, others = 0;
   for (int c = 0; c + 1 < width; ++c) {
@@ -353,7 +306,7 @@ warpView(const DepthView& view, const CameraIntrinsics& camera, const Pose& virt
   const int width = view.depth.cols, height = view.depth.rows;
   const Warp warp(view.camera, camera, virtual_from_view);
   const DepthEdges linked(view.camera);
-  Target target(camera, options);
+  WarpTarget target(camera, options);
   VertexRow top(static_cast<std::size_t>(width)), bottom(static_cast<std::size_t>(width));
   RowCells cells(static_cast<std::size_t>(width));
   for (int v = 0; v < height; ++v) {

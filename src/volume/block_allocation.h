@@ -13,14 +13,4 @@ std::vector<std::uint64_t>
 findBandBlocks(const DepthSamples& samples, const Pose& world_from_camera,
                const TSDFOptions& options, int num_threads);
 
-/** A block that a frame can change: in view, and not hidden behind the surface. */
-struct VisibleBlock {
-  std::uint32_t number;
-  float farthest; ///< depth beyond which no voxel of it changes [m]
-};
-
-std::vector<VisibleBlock>
-findVisibleBlocks(const VoxelBlockMap& blocks, const DepthSamples& samples,
-                  const Pose& camera_from_world, const TSDFOptions& options, int num_threads);
-
 } // namespace bundle_icp

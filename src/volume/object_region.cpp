@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "common/concatenate.h"
 #include "common/depth_edges.h"
+#include "volume/cell_grid.h"
 
 #include <bundle_icp/volume/object_region.h>
 
@@ -14,92 +15,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 namespace bundle_icp {
 namespace {
 
-using Cloud = pcl::PointCloud<pcl::PointXYZ>;
-
-/** What all frames saw within one cell. */
-struct Cell {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  std::size_t points = 0, frames = 0;
-  std::size_t last_frame = 0; ///< counted from 1
-};
-
-/** The frames' points in cells, ordered by place. */
-class CellGrid {
-public:
-  CellGrid(const std::vector<Cloud>& clouds, const std::vector<Pose>& world_from_cameras,
-           const ObjectRegionOptions& options)
-  : size_(options.cell_size)
-  {
-    for (std::size_t frame = 0; frame < clouds.size(); ++frame)
-      for (const pcl::PointXYZ& point : clouds[frame]) {
-        const Eigen::Vector3d in_camera = point.getVector3fMap().cast<double>();
-        if (!(in_camera.norm() <= options.max_depth)) // NaN fails, too
-          continue;
-        const Eigen::Vector3d in_world = world_from_cameras[frame] * in_camera;
-        Cell& cell = cells_[keyOf(in_world)];
-        cell.sum += in_world;
-        ++cell.points;
-        cell.frames += std::exchange(cell.last_frame, frame + 1) != frame + 1;
-      }
-    // What one frame alone sees may be a flying pixel.
-    const std::size_t min_frames = std::min<std::size_t>(2, clouds.size());
-    centers.reset(new Cloud);
-    for (auto& [key, cell] : cells_)
-      if (cell.frames >= min_frames) {
-        numbers_[key] = int(centers->size());
-        const Eigen::Vector3f mean = (cell.sum / double(cell.points)).cast<float>();
-        centers->push_back({mean.x(), mean.y(), mean.z()});
-        weights.push_back(cell.points);
-      }
-  }
-
-  /** Index into `centers` of the cell that holds a point, or -1. */
-  int
-  at(const Eigen::Vector3d& point) const
-  {
-    const auto found = numbers_.find(keyOf(point));
-    return found == numbers_.end() ? -1 : found->second;
-  }
-
-  Cloud::Ptr centers;               ///< mean of each cell's points
-  std::vector<std::size_t> weights; ///< number of each cell's points
-
-private:
-  using Key = std::array<int, 3>;
-
-  Key
-  keyOf(const Eigen::Vector3d& point) const
-  {
-    const Eigen::Vector3i cell = (point / size_).array().floor().cast<int>();
-    return {cell.z(), cell.y(), cell.x()};
-  }
-
-  double size_;
-  std::map<Key, Cell> cells_;
-  std::map<Key, int> numbers_;
-};
-
-/** Cells as often as there are points in them, so that what fills the frames counts most, thinned
- *  to about `max_points`. */
-Cloud::Ptr
-weightedPoints(const CellGrid& grid, std::size_t max_points)
-{
-  std::size_t total = 0;
-  for (const std::size_t weight : grid.weights)
-    total += weight;
-  const double step = std::max(1.0, double(total) / double(max_points));
-  const Cloud::Ptr points(new Cloud);
-  double passed = 0;
-  for (std::size_t i = 0; i < grid.weights.size(); ++i)
-    for (passed += double(grid.weights[i]); passed >= step; passed -= step)
-      points->push_back((*grid.centers)[i]);
-  return points;
-}
+using Cloud = CellGrid::Cloud;
 
 /** The plane with most of the points; empty without one. */
 pcl::ModelCoefficients
@@ -270,6 +190,24 @@ boxOnPlane(const Cloud& cells, const pcl::Indices& indices, const Eigen::Vector4
   return box;
 }
 
+void
+checkArguments(const std::vector<Cloud>& clouds, const std::vector<Pose>& world_from_cameras,
+               const ObjectRegionOptions& options)
+{
+  std::string error;
+  if (!options.isValid(&error))
+    throw pcl::BadArgumentException(error);
+  if (clouds.empty() || clouds.size() != world_from_cameras.size())
+    throw pcl::BadArgumentException(concatenate("findObjectRegion: ", clouds.size(), " clouds and ",
+                                                world_from_cameras.size(),
+                                                " poses; expected as many of "
+                                                "both, at least one"));
+  for (std::size_t i = 0; i < world_from_cameras.size(); ++i)
+    if (!isRigid(world_from_cameras[i].matrix()))
+      throw pcl::BadArgumentException(
+          concatenate("findObjectRegion: pose ", i, " is not a rigid motion"));
+}
+
 } // namespace
 
 bool
@@ -299,23 +237,12 @@ ObjectRegion
 findObjectRegion(const std::vector<Cloud>& clouds, const std::vector<Pose>& world_from_cameras,
                  const ObjectRegionOptions& options)
 {
-  std::string error;
-  if (!options.isValid(&error))
-    throw pcl::BadArgumentException(error);
-  if (clouds.empty() || clouds.size() != world_from_cameras.size())
-    throw pcl::BadArgumentException(concatenate("findObjectRegion: ", clouds.size(), " clouds and ",
-                                                world_from_cameras.size(),
-                                                " poses; expected as many of "
-                                                "both, at least one"));
-  for (std::size_t i = 0; i < world_from_cameras.size(); ++i)
-    if (!isRigid(world_from_cameras[i].matrix()))
-      throw pcl::BadArgumentException(
-          concatenate("findObjectRegion: pose ", i, " is not a rigid motion"));
+  checkArguments(clouds, world_from_cameras, options);
   ObjectRegion region;
   region.num_frames = clouds.size();
   const CellGrid grid(clouds, world_from_cameras, options);
   double share = 0;
-  const Cloud::Ptr points = weightedPoints(grid, 20000);
+  const Cloud::Ptr points = grid.weightedPoints(20000);
   constexpr std::size_t least_points = 100;
   pcl::ModelCoefficients coefficients;
   if (points->size() >= least_points)

@@ -5,6 +5,7 @@
 #include "volume/block_allocation.h"
 #include "volume/depth_filter.h"
 #include "volume/tsdf_volume_impl.h"
+#include "volume/visible_blocks.h"
 #include "volume/voxel_fusion.h"
 #include "volume/voxel_sampler.h"
 

@@ -325,62 +325,6 @@ fuse(const FusionView& view, const float corner[3], float farthest, const Region
 
 } // namespace
 
-FusionView
-makeFusionView(const DepthSamples& samples, const Eigen::Matrix3d& image_from_world,
-               const TSDFOptions& options, const ColorCorrection& correction)
-{
-  FusionView view{};
-  view.depth = samples.depth.data();
-  view.weight = samples.weight.data();
-  view.color = samples.color.empty() ? nullptr : samples.color.data();
-  view.color_weight = correction.weight;
-  for (int channel = 0; channel < 3; ++channel)
-    view.gain[channel] = correction.gain[channel];
-  view.width = samples.camera.width;
-  view.height = samples.camera.height;
-  for (int axis = 0; axis < 3; ++axis)
-    for (int i = 0; i < 3; ++i)
-      view.step[axis][i] = static_cast<float>(image_from_world(i, axis) * options.voxel_size);
-  view.voxel_size = static_cast<float>(options.voxel_size);
-  view.truncation = static_cast<float>(options.truncation);
-  view.inverse_truncation = 1 / view.truncation;
-  view.min_depth = static_cast<float>(options.min_depth);
-  view.sigma = DepthSigma(samples.camera.depth_noise);
-  view.edges = DepthEdges(samples.camera);
-  return view;
-}
-
-void
-fuseVoxel(const FusionView& view, const float at[3], VoxelMean& voxel)
-{
-  const float mu = view.truncation, z = at[2], u = at[0] / z, v = at[1] / z;
-  if (!(z > view.min_depth && u >= 0 && v >= 0 && u < static_cast<float>(view.width - 1) &&
-        v < static_cast<float>(view.height - 1)))
-    return;
-  const int nearest = static_cast<int>(v + 0.5f) * view.width + static_cast<int>(u + 0.5f);
-  float D = view.depth[nearest];
-  if (!(D > 0 && D - z > -mu))
-    return;
-  if (D - z < mu) {
-    const int u0 = static_cast<int>(u), v0 = static_cast<int>(v);
-    const float* const upper = view.depth + v0 * view.width + u0;
-    const float* const lower = upper + view.width;
-    const auto [low, high] = std::minmax({upper[0], upper[1], lower[0], lower[1]});
-    const float fu = u - static_cast<float>(u0), fv = v - static_cast<float>(v0);
-    if (low > 0 && high - low < view.edges.tolerance(high))
-      D = (1 - fv) * ((1 - fu) * upper[0] + fu * upper[1]) +
-          fv * ((1 - fu) * lower[0] + fu * lower[1]);
-  }
-  const float S = std::max(-1.0f, std::min(1.0f, (D - z) / mu));
-  const float behind = z - D - view.voxel_size - view.sigma(z);
-  const float W =
-      view.weight[nearest] * std::min(1.0f, 1 - behind / (fall_off_voxels * view.voxel_size));
-  if (!(W > 0))
-    return;
-  voxel.S = (voxel.W * voxel.S + W * S) / (voxel.W + W);
-  voxel.W += W;
-}
-
 bool
 fuseBlock(const FusionView& view, const float corner[3], float farthest, const RegionClip* clip,
           std::uint32_t seed, VoxelBlock& block)

@@ -7,6 +7,7 @@
 #include "variants.h"
 
 #include "volume/voxel_fusion.h"
+#include "volume/voxel_mean.h"
 
 using namespace bundle_icp;
 using namespace bundle_icp::test;

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#include "scan/scan_surface.h"
+
+#include "scan/frame_appearance.h"
+#include "scan/read_in_order.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace bundle_icp {
+namespace {
+
+/** All frames of the largest component, in the order of their content, which a shuffled recording
+ *  shares; those that were tracked in that of their tracking. */
+std::vector<std::size_t>
+framesToFuse(const ReconstructionResult& result)
+{
+  std::vector<std::size_t> fused = result.frame_of_image;
+  if (!result.graph) {
+    fused.resize(result.frames.size());
+    std::iota(fused.begin(), fused.end(), 0);
+  }
+  fused.erase(std::remove_if(fused.begin(), fused.end(),
+                             [&result](std::size_t i) { return result.frames[i].component != 0; }),
+              fused.end());
+  return fused;
+}
+
+RGBDFrame
+corrected(const RGBDDataset& dataset, const ReconstructionResult& result, std::size_t index,
+          const RGBDFrame& image)
+{
+  return correctedFrame(image, dataset.camera(), result.model.calibration(),
+                        result.frames[index].depth_error);
+}
+
+} // namespace
+
+bool
+findObject(const RGBDDataset& dataset, const ReconstructionOptions& options,
+           const ProgressCallback& progress, ReconstructionResult& result)
+{
+  constexpr std::size_t most_frames = 100;
+  const std::vector<std::size_t> all = framesToFuse(result);
+  std::vector<std::size_t> some;
+  for (std::size_t i = 0; i < std::min(most_frames, all.size()); ++i)
+    some.push_back(all[i * all.size() / std::min(most_frames, all.size())]);
+  const CameraIntrinsics camera = result.model.calibration().corrected(dataset.camera());
+  std::vector<pcl::PointCloud<pcl::PointXYZ>> clouds;
+  std::vector<Pose> poses;
+  std::size_t done = 0;
+  const bool completed = readInOrder(
+      dataset, some, options.num_threads,
+      [&](std::size_t index, const RGBDFrame& image, const std::string& error) {
+        if (error.empty()) { // one that cannot be read is named when it is to be fused
+          constexpr int step = 6;
+          clouds.push_back(samplePoints(image, camera, step));
+          poses.push_back(result.frames[index].world_from_depth);
+        }
+        return !progress || progress({"object", ++done, some.size()});
+      },
+      [&](std::size_t index, const RGBDFrame& image) {
+        return corrected(dataset, result, index, image);
+      });
+  if (!completed)
+    return false;
+  result.object.emplace();
+  result.object->reason = "no object: no frame could be read again";
+  if (!clouds.empty())
+    result.object = findObjectRegion(clouds, poses, *options.object);
+  return true;
+}
+
+bool
+fuseSurface(const RGBDDataset& dataset, const ReconstructionOptions& options,
+            const ProgressCallback& progress, ReconstructionResult& result)
+{
+  const std::vector<std::size_t> fused = framesToFuse(result);
+  const CameraIntrinsics camera = result.model.calibration().corrected(dataset.camera());
+  TSDFOptions volume_options = options.volume;
+  if (result.object)
+    volume_options.region = result.object->box;
+  TSDFVolume volume(volume_options);
+  std::vector<ColorCorrection> corrections(result.frames.size());
+  if (result.graph) {
+    const auto of_image = colorCorrections(*result.graph, result.model);
+    for (std::size_t image = 0; image < of_image.size(); ++image)
+      corrections[result.frame_of_image[image]] = of_image[image];
+  }
+  std::size_t done = 0;
+  const auto fuse = [&](std::size_t index, const RGBDFrame& image, const std::string& error) {
+    FrameReport& frame = result.frames[index];
+    // One that could be read before keeps its pose; the surface does without it.
+    frame.reason = error;
+    if (error.empty())
+      volume.integrate(image, camera, frame.world_from_depth, corrections[index]);
+    return !progress || progress({"surface", ++done, fused.size()});
+  };
+  const auto correct = [&](std::size_t index, const RGBDFrame& image) {
+    return corrected(dataset, result, index, image);
+  };
+  if (!readInOrder(dataset, fused, options.num_threads, fuse, correct))
+    return false;
+  result.mesh = toPolygonMesh(extractSurface(std::move(volume), options.mesh, &result.mesh_report));
+  return true;
+}
+
+} // namespace bundle_icp
