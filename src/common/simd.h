@@ -86,15 +86,15 @@ private:
 template <auto kernel>
 constexpr Call<kernel> call{};
 
-constexpr int lanes = 8;
-using Floats = float __attribute__((vector_size(4 * lanes)));
-using Ints = std::int32_t __attribute__((vector_size(4 * lanes)));
-using Words = std::uint32_t __attribute__((vector_size(4 * lanes)));
-using Shorts = std::int16_t __attribute__((vector_size(2 * lanes)));
-using HalfWords = std::uint16_t __attribute__((vector_size(2 * lanes)));
+constexpr int LANES = 8;
+using Floats = float __attribute__((vector_size(4 * LANES)));
+using Ints = std::int32_t __attribute__((vector_size(4 * LANES)));
+using Words = std::uint32_t __attribute__((vector_size(4 * LANES)));
+using Shorts = std::int16_t __attribute__((vector_size(2 * LANES)));
+using HalfWords = std::uint16_t __attribute__((vector_size(2 * LANES)));
 using Doubles = double __attribute__((vector_size(32)));
 
-constexpr Floats lane_number = {0, 1, 2, 3, 4, 5, 6, 7};
+constexpr Floats LANE_NUMBER = {0, 1, 2, 3, 4, 5, 6, 7};
 
 template <typename To, typename From>
 BUNDLE_ICP_INLINE To
@@ -141,7 +141,7 @@ BUNDLE_ICP_INLINE void
 gatherPairs(const Scalar* from, Ints index, Vector& first, Vector& second)
 {
   static_assert(sizeof(Scalar) == 4);
-  using Pairs = std::int64_t __attribute__((vector_size(4 * lanes)));
+  using Pairs = std::int64_t __attribute__((vector_size(4 * LANES)));
   const auto pair = [from](std::int32_t i) {
     std::int64_t both;
     std::memcpy(&both, from + i, sizeof(both));
@@ -178,7 +178,7 @@ any(Ints mask)
   std::memcpy(halves, &mask, sizeof(mask));
   return _mm_movemask_ps(_mm_or_ps(halves[0], halves[1])) != 0;
 #else
-  const auto parts = bitCast<std::int64_t __attribute__((vector_size(4 * lanes)))>(mask);
+  const auto parts = bitCast<std::int64_t __attribute__((vector_size(4 * LANES)))>(mask);
   return (parts[0] | parts[1] | parts[2] | parts[3]) != 0;
 #endif
 }

@@ -12,7 +12,7 @@ struct Type {
   const char* name;
   std::size_t size;
 };
-constexpr Type types[] = {{"", 0},    {"char", 1}, {"uchar", 1}, {"short", 2}, {"ushort", 2},
+constexpr Type TYPES[] = {{"", 0},    {"char", 1}, {"uchar", 1}, {"short", 2}, {"ushort", 2},
                           {"int", 4}, {"uint", 4}, {"float", 4}, {"double", 8}};
 
 /** What of a field goes into the file. */
@@ -30,17 +30,17 @@ propertiesOf(const pcl::PCLPointCloud2& cloud)
     const bool is_color = field.name == "rgb" || field.name == "rgba";
     // toPolygonMesh() adds a curvature of 0, which says nothing.
     if (field.count > 1 || field.name == "_" || field.name == "curvature" || field.datatype < 1 ||
-        field.datatype >= std::size(types) ||
-        field.offset + types[field.datatype].size > cloud.point_step)
+        field.datatype >= std::size(TYPES) ||
+        field.offset + TYPES[field.datatype].size > cloud.point_step)
       continue;
     if (is_color) // 0xaarrggbb
       for (const auto& [name, byte] : {std::pair{"red", 2}, {"green", 1}, {"blue", 0}})
-        properties.push_back({name, types[pcl::PCLPointField::UINT8],
+        properties.push_back({name, TYPES[pcl::PCLPointField::UINT8],
                               field.offset + std::size_t(isLittleEndian() ? byte : 3 - byte)});
     else if (field.name.compare(0, 7, "normal_") == 0)
-      properties.push_back({"n" + field.name.substr(7), types[field.datatype], field.offset});
+      properties.push_back({"n" + field.name.substr(7), TYPES[field.datatype], field.offset});
     else
-      properties.push_back({field.name, types[field.datatype], field.offset});
+      properties.push_back({field.name, TYPES[field.datatype], field.offset});
   }
   return properties;
 }

@@ -12,9 +12,9 @@
 namespace bundle_icp {
 namespace {
 
-constexpr int supersampling = 2;
-const Eigen::Array2f picture_size = supersampling * Eigen::Array2f(1280, 960);
-constexpr float focal_length = supersampling * 1050;
+constexpr int SUPERSAMPLING = 2;
+const Eigen::Array2f PICTURE_SIZE = SUPERSAMPLING * Eigen::Array2f(1280, 960);
+constexpr float FOCAL_LENGTH = SUPERSAMPLING * 1050;
 
 /** A vertex in the picture. */
 struct Corner {
@@ -74,7 +74,7 @@ chooseView(const SurfaceMesh& mesh, const std::vector<Pose>& world_from_cameras)
   Eigen::Vector3d shift(0, 0, INFINITY);
   for (int axis = 0; axis < 2; ++axis) {
     // How far the planes through the picture's two opposite sides must be moved.
-    const double tangent = 0.48 * picture_size[axis] / focal_length;
+    const double tangent = 0.48 * PICTURE_SIZE[axis] / FOCAL_LENGTH;
     const double low = reach(seen, axis, -1, tangent), high = reach(seen, axis, 1, tangent);
     shift[axis] = (high - low) / 2;
     shift.z() = std::min(shift.z(), -(high + low) / (2 * tangent));
@@ -92,7 +92,7 @@ project(const SurfaceMesh& mesh, const Eigen::Isometry3f& view_from_world)
     if (!(point.z() > 0.05f))
       continue;
     corners[i].pixel =
-        focal_length / point.z() * point.head<2>() + 0.5f * (picture_size - 1).matrix();
+        FOCAL_LENGTH / point.z() * point.head<2>() + 0.5f * (PICTURE_SIZE - 1).matrix();
     corners[i].inverse_depth = 1 / point.z();
     corners[i].color.setConstant(190);
     if (!mesh.colors.empty())
@@ -118,8 +118,8 @@ drawTriangle(const Corner& a, const Corner& b, const Corner& c, cv::Mat& image,
     return;
   const Eigen::Array2f low = a.pixel.cwiseMin(b.pixel).cwiseMin(c.pixel),
                        high = a.pixel.cwiseMax(b.pixel).cwiseMax(c.pixel);
-  const Eigen::Array2i first = low.max(0).min(picture_size).ceil().cast<int>(),
-                       last = high.max(-1).min(picture_size - 1).floor().cast<int>();
+  const Eigen::Array2i first = low.max(0).min(PICTURE_SIZE).ceil().cast<int>(),
+                       last = high.max(-1).min(PICTURE_SIZE - 1).floor().cast<int>();
   for (int v = first.y(); v <= last.y(); ++v)
     for (int u = first.x(); u <= last.x(); ++u) {
       const Eigen::Vector2f ap = Eigen::Vector2f(float(u), float(v)) - a.pixel;
@@ -177,7 +177,7 @@ drawPath(const std::vector<Eigen::Vector2d>& path, const std::string& title, cv:
 cv::Mat
 drawMesh(const SurfaceMesh& mesh, const std::vector<Pose>& world_from_cameras)
 {
-  const cv::Size size{int(picture_size.x()), int(picture_size.y())};
+  const cv::Size size{int(PICTURE_SIZE.x()), int(PICTURE_SIZE.y())};
   cv::Mat image(size, CV_8UC3, cv::Scalar::all(255)), inverse_depth(size, CV_32FC1, cv::Scalar(0));
   const std::vector<Corner> corners =
       project(mesh, chooseView(mesh, world_from_cameras).inverse().cast<float>());
@@ -185,7 +185,7 @@ drawMesh(const SurfaceMesh& mesh, const std::vector<Pose>& world_from_cameras)
     drawTriangle(corners[triangle[0]], corners[triangle[1]], corners[triangle[2]], image,
                  inverse_depth);
   cv::Mat picture;
-  cv::resize(image, picture, size / supersampling, 0, 0, cv::INTER_AREA);
+  cv::resize(image, picture, size / SUPERSAMPLING, 0, 0, cv::INTER_AREA);
   return picture;
 }
 

@@ -13,7 +13,7 @@ namespace {
 
 enum Purpose : std::uint64_t { BLUR, SHAKE, EXPOSURE, COLOR_NOISE, FLYING, DEPTH_NOISE, HOLES };
 
-constexpr double nearest_measured = 0.4, farthest_measured = 5;
+constexpr double NEAREST_MEASURED = 0.4, FARTHEST_MEASURED = 5;
 const float not_measured = std::numeric_limits<float>::quiet_NaN();
 
 /** Gaussian noise of unit variance at every pixel, half of it shared by neighbours.
@@ -149,7 +149,7 @@ spoilDepth(cv::Mat& depth, const cv::Mat& reflection, const SyntheticScanOptions
         z += options.noise_factor * options.noise.sigma(z) * noise.at<float>(y, x);
       if (options.quantisation > 0) // equal steps of disparity
         z = 1 / (options.quantisation * std::max(1.0, std::round(1 / (options.quantisation * z))));
-      const bool is_out_of_range = z < nearest_measured || z > farthest_measured;
+      const bool is_out_of_range = z < NEAREST_MEASURED || z > FARTHEST_MEASURED;
       measured = is_noisy && is_out_of_range ? not_measured : float(z);
     }
   if (options.hole_fraction > 0)

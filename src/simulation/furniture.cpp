@@ -11,7 +11,7 @@ namespace simulation {
 namespace {
 
 const Eigen::Vector3d room_half(2, 2.5, 1.5);
-constexpr double table_height = 0.76;
+constexpr double TABLE_HEIGHT = 0.76;
 
 using Painter = std::function<void(cv::Mat, cv::RNG&)>;
 
@@ -162,7 +162,7 @@ void
 Furnisher::table()
 {
   const Eigen::Vector3d top(1.5, 0.9, 0.04);
-  box({0, 0, table_height - 0.02}, top, 0, 700, wood({105, 150, 190}, 150));
+  box({0, 0, TABLE_HEIGHT - 0.02}, top, 0, 700, wood({105, 150, 190}, 150));
   for (const double x : {-0.69, 0.69})
     for (const double y : {-0.39, 0.39})
       box({x, y, 0.36}, {0.06, 0.06, 0.72}, 0, 400, wood({70, 105, 140}, 60));
@@ -172,7 +172,7 @@ void
 Furnisher::thingsOnTable()
 {
   const auto on_table = [](double x, double y, double height) {
-    return Eigen::Vector3d(x, y, table_height + height / 2);
+    return Eigen::Vector3d(x, y, TABLE_HEIGHT + height / 2);
   };
   sphere(on_table(-0.42, 0.18, 0.28), 0.14, 800, paintPicture); // a globe
   sphere(on_table(0.1, -0.3, 0.13), 0.065, 900, paintPicture);

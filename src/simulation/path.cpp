@@ -10,7 +10,7 @@ namespace bundle_icp {
 namespace simulation {
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
+constexpr double PI = 3.14159265358979323846;
 
 /** 0 to 1 with two continuous derivatives. */
 double
@@ -26,7 +26,7 @@ double
 turnAt(double t)
 {
   const double cycle = 180, rounds = std::floor(t / cycle), within = t - rounds * cycle;
-  return pi * (2 * rounds + smoothStep((within - 55) / 12) + smoothStep((within - 168) / 12));
+  return PI * (2 * rounds + smoothStep((within - 55) / 12) + smoothStep((within - 168) / 12));
 }
 
 /** world_from_camera rotation: z along the gaze, x to the right, then rolled about the
@@ -50,7 +50,7 @@ HandHeldPath::HandHeldPath(std::uint64_t seed, double start_time, double movemen
   // The engine's own bits: distributions of the standard library differ between
   // compilers.
   std::mt19937_64 engine(seed ^ 0x9a7e5u);
-  const auto angle = [&engine] { return 2 * pi * double(engine() >> 11) / 9007199254740992.0; };
+  const auto angle = [&engine] { return 2 * PI * double(engine() >> 11) / 9007199254740992.0; };
   for (double& phase : phases_)
     phase = angle();
   start_angle_ = angle();
@@ -59,7 +59,7 @@ HandHeldPath::HandHeldPath(std::uint64_t seed, double start_time, double movemen
 double
 HandHeldPath::wave(int number, double amplitude, double period, double t) const
 {
-  return amplitude * std::sin(2 * pi * t / period + phases_[number]);
+  return amplitude * std::sin(2 * PI * t / period + phases_[number]);
 }
 
 Eigen::Vector3d

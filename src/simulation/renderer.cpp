@@ -13,7 +13,7 @@ namespace simulation {
 namespace {
 
 /** Rays along each edge of a pixel in which faces meet. */
-constexpr int edge_rays = 3;
+constexpr int EDGE_RAYS = 3;
 
 cv::Vec3b
 toPixel(const Eigen::Array4f& color)
@@ -64,9 +64,9 @@ edgeColor(const View& view, int x, int y, const FaceSet& faces)
     Hit hit;
   };
   std::array<Part, std::tuple_size<decltype(faces.face)>::value + 1> parts;
-  for (int i = 0; i < edge_rays * edge_rays; ++i) {
-    const double u = x + (i % edge_rays + 0.5) / edge_rays - 0.5;
-    const double v = y + (i / edge_rays + 0.5) / edge_rays - 0.5;
+  for (int i = 0; i < EDGE_RAYS * EDGE_RAYS; ++i) {
+    const double u = x + (i % EDGE_RAYS + 0.5) / EDGE_RAYS - 0.5;
+    const double v = y + (i / EDGE_RAYS + 0.5) / EDGE_RAYS - 0.5;
     const Hit hit = view.cast(u, v, faces);
     if (hit.face < 0) // a gap between them, too narrow for any central ray
       continue;
@@ -80,7 +80,7 @@ edgeColor(const View& view, int x, int y, const FaceSet& faces)
   int rays = 0;
   for (const Part& part : parts)
     if (part.rays > 0) {
-      const float size = std::sqrt(float(part.rays)) / edge_rays;
+      const float size = std::sqrt(float(part.rays)) / EDGE_RAYS;
       sum += float(part.rays) * view.shade(part.u, part.v, part.hit, size);
       rays += part.rays;
     }

@@ -17,7 +17,7 @@ const Eigen::Vector3d light_position(0.5, -0.6, 2.6);
 struct Side {
   int axis, sign, column_axis, column_sign, row_axis, row_sign;
 };
-constexpr Side box_sides[6] = {{0, 1, 1, 1, 2, -1},  {0, -1, 1, -1, 2, -1}, {1, 1, 0, -1, 2, -1},
+constexpr Side BOX_SIDES[6] = {{0, 1, 1, 1, 2, -1},  {0, -1, 1, -1, 2, -1}, {1, 1, 0, -1, 2, -1},
                                {1, -1, 0, 1, 2, -1}, {2, 1, 0, 1, 1, -1},   {2, -1, 0, 1, 1, 1}};
 
 Hit
@@ -101,7 +101,7 @@ roundTexel(const Primitive& primitive, int side, const Face& face, const Eigen::
     return;
   }
   // Central projection to the cube around the sphere: no poles.
-  const Side& s = box_sides[side];
+  const Side& s = BOX_SIDES[side];
   const float scale = float(primitive.half.x()) / std::abs(point[s.axis]);
   const Eigen::Vector3f on_cube = point * scale;
   texel = face.offset + face.gradient * on_cube;
@@ -216,7 +216,7 @@ Scene::addBox(Primitive box, const BoxLayout& layout, cv::Mat image)
 {
   const int texture = addTexture(image);
   for (int side = 0; side < 6; ++side) {
-    const Side& s = box_sides[side];
+    const Side& s = BOX_SIDES[side];
     const cv::Rect& rect = layout.sides[side];
     Face face;
     face.texture = texture;
@@ -240,7 +240,7 @@ Scene::addRoom(const Eigen::Vector3d& half, const std::array<cv::Mat, 6>& sides)
   room.half = half;
   room.center.z() = half.z();
   for (int side = 0; side < 6; ++side) {
-    const Side& s = box_sides[side];
+    const Side& s = BOX_SIDES[side];
     Face face;
     face.texture = addTexture(sides[side]);
     face.primitive = int(primitives_.size());
@@ -262,7 +262,7 @@ Scene::addRound(Primitive primitive, cv::Mat image, double density)
   const bool is_sphere = primitive.shape == Shape::SPHERE;
   for (int side = 0; side < 6; ++side) {
     // The ends of a cylinder are laid out like top and bottom of a box.
-    const Side& s = box_sides[is_sphere ? side : (side == 1 ? 4 : 5)];
+    const Side& s = BOX_SIDES[is_sphere ? side : (side == 1 ? 4 : 5)];
     const float step = float(2.2 * primitive.half.x() * density);
     Face face;
     face.texture = texture;

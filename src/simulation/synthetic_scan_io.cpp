@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = boost::filesystem;
 
-constexpr double depth_scale = 5000; // units a metre, as in TUM's recordings
+constexpr double DEPTH_SCALE = 5000; // units a metre, as in TUM's recordings
 
 /** Independent of the locale. */
 std::string
@@ -72,7 +72,7 @@ writeFrame(const SyntheticScan& scan, const fs::path& folder, std::size_t index)
   cv::Mat units;
   cv::Mat measured = frame.depth.clone();
   measured.setTo(0, frame.depth != frame.depth); // NaN is written as 0
-  measured.convertTo(units, CV_16UC1, depth_scale);
+  measured.convertTo(units, CV_16UC1, DEPTH_SCALE);
   writeImage((folder / "rgb" / file).string(), frame.color);
   writeImage((folder / "depth" / file).string(), units);
 }
@@ -128,7 +128,7 @@ writeLists(const SyntheticScan& scan, const fs::path& folder)
   std::string text;
   for (const double number : {camera.fx, camera.fy, camera.cx, camera.cy})
     text += (text.empty() ? "" : " ") + toText(number, std::chars_format::general, 9);
-  text += "\ndepth_scale " + toText(depth_scale, std::chars_format::general, 6) + "\n";
+  text += "\ndepth_scale " + toText(DEPTH_SCALE, std::chars_format::general, 6) + "\n";
   writeText((folder / "intrinsics.txt").string(), text);
   writeTrajectory((folder / "groundtruth.txt").string(), scan.groundTruth());
 }

@@ -11,7 +11,7 @@ namespace bundle_icp {
 namespace simulation {
 namespace {
 
-constexpr int tile_size = 8;
+constexpr int TILE_SIZE = 8;
 
 /** Keeps the nearer of `nearest` and what the ray meets of `seen`. */
 void
@@ -27,8 +27,8 @@ update(Hit& nearest, const SeenPrimitive& seen, const Eigen::Vector3d& ray)
 View::View(const Scene& scene, const CameraIntrinsics& camera, const Pose& world_from_camera)
 : scene_(scene), camera_(camera), inverse_focal_x_(1 / camera.fx), inverse_focal_y_(1 / camera.fy),
   seen_of_primitive_(scene.primitives().size(), -1),
-  tile_columns_((camera.width + tile_size - 1) / tile_size),
-  tile_rows_((camera.height + tile_size - 1) / tile_size)
+  tile_columns_((camera.width + TILE_SIZE - 1) / TILE_SIZE),
+  tile_rows_((camera.height + TILE_SIZE - 1) / TILE_SIZE)
 {
   for (const Primitive& primitive : scene.primitives()) {
     const SeenPrimitive seen = see(primitive, world_from_camera);
@@ -84,7 +84,7 @@ View::fillTiles()
   for (std::size_t i = 0; i < seen_.size(); ++i) {
     const cv::Rect2d& bounds = seen_[i].bounds;
     const auto tile = [](double pixel, int count) {
-      return std::clamp(int(std::floor((pixel + 0.5) / tile_size)), 0, count - 1);
+      return std::clamp(int(std::floor((pixel + 0.5) / TILE_SIZE)), 0, count - 1);
     };
     for (int y = tile(bounds.y, tile_rows_); y <= tile(bounds.y + bounds.height, tile_rows_); ++y)
       for (int x = tile(bounds.x, tile_columns_); x <= tile(bounds.x + bounds.width, tile_columns_);
@@ -99,7 +99,7 @@ View::cast(int x, int y) const
   const Eigen::Vector3d ray = direction(x, y);
   Hit nearest;
   nearest.depth = std::numeric_limits<double>::infinity();
-  const std::size_t tile = std::size_t(y / tile_size) * tile_columns_ + x / tile_size;
+  const std::size_t tile = std::size_t(y / TILE_SIZE) * tile_columns_ + x / TILE_SIZE;
   for (const std::uint16_t index : tiles_[tile]) {
     if (seen_[index].nearest >= nearest.depth)
       break;

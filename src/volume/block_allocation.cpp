@@ -10,7 +10,7 @@ namespace bundle_icp {
 namespace {
 
 // Work items of the allocation: many pixels of one share their blocks.
-constexpr int patch = 64;
+constexpr int PATCH = 64;
 
 /** Collects keys and drops most repetitions at once. */
 class KeyCollector {
@@ -47,10 +47,10 @@ public:
   {
     if (!options.region)
       return;
-    const double size = options.voxel_size * block_edge;
+    const double size = options.voxel_size * BLOCK_EDGE;
     region_ = *options.region;
     region_->world_from_box.translation() /= size;
-    region_->world_from_box.translation() += Eigen::Vector3d::Constant(0.5 / block_edge);
+    region_->world_from_box.translation() += Eigen::Vector3d::Constant(0.5 / BLOCK_EDGE);
     region_->size /= size;
     const Eigen::AlignedBox3d bounds = region_->bounds();
     const Eigen::Vector3d low = low_.cast<double>(), high = high_.cast<double>();
@@ -129,7 +129,7 @@ int
 sampleStep(const DepthSamples& samples, int u0, int v0, double block_size)
 {
   float farthest = 0;
-  constexpr int tiles = patch / DepthSamples::tile;
+  constexpr int tiles = PATCH / DepthSamples::tile;
   const int tu = u0 / DepthSamples::tile, tv = v0 / DepthSamples::tile;
   for (int y = tv; y < std::min(tv + tiles, samples.tiles_y); ++y)
     for (int x = tu; x < std::min(tu + tiles, samples.tiles_x); ++x)
@@ -187,8 +187,8 @@ patchBlocks(const DepthSamples& samples, int u0, int v0, const Pose& blocks_from
                 limits, keys);
   };
   const auto truncation = static_cast<float>(options.truncation);
-  for (int v = v0; v < std::min(v0 + patch, camera.height); v += step)
-    for (int u = u0; u < std::min(u0 + patch, camera.width); u += step)
+  for (int v = v0; v < std::min(v0 + PATCH, camera.height); v += step)
+    for (int u = u0; u < std::min(u0 + PATCH, camera.width); u += step)
       visitLayers(samples, u, v, step, truncation, walkBand);
   std::vector<std::uint64_t> found = keys.take();
   found.erase(std::remove_if(found.begin(), found.end(),
@@ -205,19 +205,19 @@ std::vector<std::uint64_t>
 findBandBlocks(const DepthSamples& samples, const Pose& world_from_camera,
                const TSDFOptions& options, int num_threads)
 {
-  const double block_size = options.voxel_size * block_edge;
+  const double block_size = options.voxel_size * BLOCK_EDGE;
   const BlockLimits limits(options);
   // The first voxel's centre is the block's origin, so its cube reaches half a voxel
   // lower.
   Pose blocks_from_camera = world_from_camera;
   blocks_from_camera.translation() =
-      world_from_camera.translation() / block_size + Eigen::Vector3d::Constant(0.5 / block_edge);
-  const int across = (samples.camera.width + patch - 1) / patch;
-  const int down = (samples.camera.height + patch - 1) / patch;
+      world_from_camera.translation() / block_size + Eigen::Vector3d::Constant(0.5 / BLOCK_EDGE);
+  const int across = (samples.camera.width + PATCH - 1) / PATCH;
+  const int down = (samples.camera.height + PATCH - 1) / PATCH;
   std::vector<std::vector<std::uint64_t>> found(std::size_t(across) * down);
 #pragma omp parallel for schedule(dynamic) num_threads(num_threads)
   for (int i = 0; i < across * down; ++i)
-    found[i] = patchBlocks(samples, i % across * patch, i / across * patch, blocks_from_camera,
+    found[i] = patchBlocks(samples, i % across * PATCH, i / across * PATCH, blocks_from_camera,
                            options, limits, block_size);
   std::vector<std::uint64_t> keys;
   for (const auto& part : found)

@@ -10,12 +10,12 @@ namespace bundle_icp {
 namespace {
 
 // Cells reach one voxel into the next blocks.
-constexpr int padded_edge = block_edge + 1;
+constexpr int PADDED_EDGE = BLOCK_EDGE + 1;
 
 constexpr int
 paddedIndex(int x, int y, int z)
 {
-  return (z * padded_edge + y) * padded_edge + x;
+  return (z * PADDED_EDGE + y) * PADDED_EDGE + x;
 }
 
 enum VoxelState : std::uint8_t { UNKNOWN = 0, OUTSIDE = 1, INSIDE = 2 };
@@ -25,9 +25,9 @@ void
 readStates(const VoxelBlockMap& blocks, const BlockNeighbors& neighbors, int min_weight_code,
            float level, std::uint8_t* states)
 {
-  for (int z = 0; z <= block_edge; ++z)
-    for (int y = 0; y <= block_edge; ++y)
-      for (int x = 0; x <= block_edge; ++x) {
+  for (int z = 0; z <= BLOCK_EDGE; ++z)
+    for (int y = 0; y <= BLOCK_EDGE; ++y)
+      for (int x = 0; x <= BLOCK_EDGE; ++x) {
         const std::int64_t number = neighbors[neighborIndex(x >> 3, y >> 3, z >> 3)];
         std::uint8_t state = UNKNOWN;
         if (number >= 0) {
@@ -73,11 +73,11 @@ findCases(const VoxelBlockMap& blocks, std::size_t index, int min_weight_code, f
                                [&](std::int64_t i) { return i >= 0 && blocks.mayHoldSurface(i); });
   if (!any_inside)
     return surface;
-  std::uint8_t states[padded_edge * padded_edge * padded_edge];
+  std::uint8_t states[PADDED_EDGE * PADDED_EDGE * PADDED_EDGE];
   readStates(blocks, neighbors, min_weight_code, level, states);
-  for (int z = 0; z < block_edge; ++z)
-    for (int y = 0; y < block_edge; ++y)
-      for (int x = 0; x < block_edge; ++x) {
+  for (int z = 0; z < BLOCK_EDGE; ++z)
+    for (int y = 0; y < BLOCK_EDGE; ++y)
+      for (int x = 0; x < BLOCK_EDGE; ++x) {
         const std::uint8_t found = cellCase(states, x, y, z);
         if (found == 0)
           continue;
@@ -93,17 +93,17 @@ findCases(const VoxelBlockMap& blocks, std::size_t index, int min_weight_code, f
 void
 markEdgesOf(const BlockSurface& neighbor, const int shift[3], BlockSurface& surface)
 {
-  for (int z = shift[2] < 0 ? 7 : 0; z < block_edge; ++z)
-    for (int y = shift[1] < 0 ? 7 : 0; y < block_edge; ++y)
-      for (int x = shift[0] < 0 ? 7 : 0; x < block_edge; ++x) {
+  for (int z = shift[2] < 0 ? 7 : 0; z < BLOCK_EDGE; ++z)
+    for (int y = shift[1] < 0 ? 7 : 0; y < BLOCK_EDGE; ++y)
+      for (int x = shift[0] < 0 ? 7 : 0; x < BLOCK_EDGE; ++x) {
         const std::uint8_t cell_case = neighbor.cases[voxelIndex(x, y, z)];
         if (cell_case == 0)
           continue;
         for (int i = 0; i < 12; ++i) {
           GridEdge edge = cellEdge(i);
-          edge.voxel[0] += x + shift[0] * block_edge;
-          edge.voxel[1] += y + shift[1] * block_edge;
-          edge.voxel[2] += z + shift[2] * block_edge;
+          edge.voxel[0] += x + shift[0] * BLOCK_EDGE;
+          edge.voxel[1] += y + shift[1] * BLOCK_EDGE;
+          edge.voxel[2] += z + shift[2] * BLOCK_EDGE;
           const bool own = ((edge.voxel[0] | edge.voxel[1] | edge.voxel[2]) & ~7) == 0;
           if (own && pcl::edgeTable[cell_case] >> i & 1)
             surface.markEdge(edge);
@@ -138,7 +138,7 @@ BlockSurface::countVertices()
 {
   num_vertices = 0;
   for (int axis = 0; axis < 3; ++axis)
-    for (int z = 0; z < block_edge; ++z) {
+    for (int z = 0; z < BLOCK_EDGE; ++z) {
       counts_[axis][z] = static_cast<std::uint16_t>(num_vertices);
       num_vertices += static_cast<std::uint32_t>(__builtin_popcountll(edges_[axis][z]));
     }
@@ -174,7 +174,7 @@ findSurfaces(const VoxelBlockMap& blocks, int min_weight_code, float level, int 
     if (!edges[i])
       continue;
     if (surfaces[i]) {
-      std::copy_n(surfaces[i]->cases, block_voxels, edges[i]->cases);
+      std::copy_n(surfaces[i]->cases, BLOCK_VOXELS, edges[i]->cases);
       edges[i]->num_triangles = surfaces[i]->num_triangles;
     }
     edges[i]->first_vertex = num_vertices;

@@ -37,7 +37,7 @@ cellEdge(int edge)
 constexpr int
 voxelIndex(int x, int y, int z)
 {
-  return z * block_slab + y * block_edge + x;
+  return z * BLOCK_SLAB + y * BLOCK_EDGE + x;
 }
 
 /** What the surface does in one block: the marching cubes case of each cell (a cell
@@ -45,7 +45,7 @@ voxelIndex(int x, int y, int z)
  *  grid edges that carry a vertex. */
 class BlockSurface {
 public:
-  std::uint8_t cases[block_voxels] = {};
+  std::uint8_t cases[BLOCK_VOXELS] = {};
   std::uint32_t first_vertex = 0;
   std::uint32_t first_triangle = 0;
   std::uint32_t num_vertices = 0;
@@ -81,11 +81,11 @@ private:
   static int
   bit(const GridEdge& edge)
   {
-    return edge.voxel[1] * block_edge + edge.voxel[0];
+    return edge.voxel[1] * BLOCK_EDGE + edge.voxel[0];
   }
 
-  std::uint64_t edges_[3][block_edge] = {}; // one bit per voxel of a slab
-  std::uint16_t counts_[3][block_edge] = {};
+  std::uint64_t edges_[3][BLOCK_EDGE] = {}; // one bit per voxel of a slab
+  std::uint16_t counts_[3][BLOCK_EDGE] = {};
 };
 
 /** Numbers of a block's neighbours, -1 = none; offsets from -1 to 1, x fastest. */

@@ -27,7 +27,7 @@ constexpr std::array<float, 3> SURFACE_SIGMAS = {5, 3.5F, 2.5F};
 /** Inverse depths with a margin of zeros, as wide as the taps reach, and vectors to the right. */
 struct PaddedImage {
   PaddedImage(int width, int height, int reach)
-  : margin(reach), pixels(height + 2 * reach, width + 2 * reach + lanes, CV_32FC1, cv::Scalar(0))
+  : margin(reach), pixels(height + 2 * reach, width + 2 * reach + LANES, CV_32FC1, cv::Scalar(0))
   {
   }
 
@@ -71,7 +71,7 @@ BUNDLE_ICP_INLINE void
 smoothRow(const std::array<const float*, TAPS>& rows, int width, const PassOptions& options,
           float* out)
 {
-  for (int x = 0; x < width; x += lanes) {
+  for (int x = 0; x < width; x += LANES) {
     const Floats center = load<Floats>(rows[REACH] + x);
     const Ints known = center > 0;
     const Floats z = 1 / (known ? center : Floats{} + 1);
@@ -104,7 +104,7 @@ smoothOnce(const PaddedImage& in, int width, int height, const PassOptions& opti
       rows[j] = in.row(y + (j - REACH) * options.spacing);
     call<smoothRow>(rows, width, options, out.row(y));
     // The last vector reaches into the margin, which must stay zero.
-    std::fill_n(out.row(y) + width, lanes, 0.0F);
+    std::fill_n(out.row(y) + width, LANES, 0.0F);
   }
 }
 

@@ -14,11 +14,11 @@ using namespace simd;
 
 // Half the distance of the two pixels that give the slope: far enough to average depth
 // noise, near enough to follow furniture.
-constexpr int slope_radius = 3;
+constexpr int SLOPE_RADIUS = 3;
 
 struct RowInput {
   /** Depth around the current row, zeros outside the image. */
-  const float* rows[2 * slope_radius + 1];
+  const float* rows[2 * SLOPE_RADIUS + 1];
   int width;
   float fx, fy, cx, y; // y is that of the ray (x, y, 1)
   float v_minus_cy;    // [px]
@@ -51,14 +51,14 @@ viewingCosine(const RowInput& in, const float* const rows[], Floats z, Floats li
     const Ints has_before = magnitude(before - z) < limit;
     const Ints has_after = magnitude(after - z) < limit;
     const Floats rise = (has_after ? after : z) - (has_before ? before : z);
-    const Floats run = (has_before & has_after) ? 2.0f * slope_radius : Floats{} + slope_radius;
+    const Floats run = (has_before & has_after) ? 2.0f * SLOPE_RADIUS : Floats{} + SLOPE_RADIUS;
     // Unknown on both sides is too steep to tell: little weight.
     return (has_before | has_after) ? rise / run : z * (4 / focal);
   };
-  const float* const row = rows[slope_radius] + at;
-  const Floats zu = slope(load<Floats>(row - slope_radius), load<Floats>(row + slope_radius));
-  const Floats zv = slope(load<Floats>(rows[0] + at), load<Floats>(rows[2 * slope_radius] + at));
-  const Floats du = lane_number + (static_cast<float>(u) - in.cx);
+  const float* const row = rows[SLOPE_RADIUS] + at;
+  const Floats zu = slope(load<Floats>(row - SLOPE_RADIUS), load<Floats>(row + SLOPE_RADIUS));
+  const Floats zv = slope(load<Floats>(rows[0] + at), load<Floats>(rows[2 * SLOPE_RADIUS] + at));
+  const Floats du = LANE_NUMBER + (static_cast<float>(u) - in.cx);
   const Floats nx = in.fx * zu, ny = in.fy * zv, nz = z + du * zu + in.v_minus_cy * zv;
   const Floats x = du * (1 / in.fx);
   const Floats ray = x * x + (in.y * in.y + 1), normal = nx * nx + ny * ny + nz * nz + 1e-12f;
@@ -74,7 +74,7 @@ edgeSupport(Floats z, Floats limit, const float* const rows[], int u)
   Ints votes{};
   for (int y = -1; y <= 1; ++y)
     for (int x = -1; x <= 1; ++x)
-      votes -= magnitude(load<Floats>(rows[slope_radius + y] + u + x) - z) < limit;
+      votes -= magnitude(load<Floats>(rows[SLOPE_RADIUS + y] + u + x) - z) < limit;
   votes -= 1; // its own
   return votes < 3 ? 0.0f : __builtin_convertvector(votes, Floats) * 0.125f;
 }
@@ -88,7 +88,7 @@ isInsideSurface(const RowInput& in, Floats z, const float* const rows[], int u)
     const Floats limit = in.edges.tolerance(z, float(radius));
     for (int y = -radius; y <= radius; y += radius)
       for (int x = -radius; x <= radius; x += radius)
-        inside &= magnitude(load<Floats>(rows[slope_radius + y] + u + x) - z) < limit;
+        inside &= magnitude(load<Floats>(rows[SLOPE_RADIUS + y] + u + x) - z) < limit;
   }
   return inside;
 }
@@ -98,19 +98,19 @@ BUNDLE_ICP_INLINE void
 weighEight(const RowInput& in, const float* const rows[], int at, int u, float* weights,
            std::uint32_t* color)
 {
-  const Floats z = load<Floats>(rows[slope_radius] + at);
+  const Floats z = load<Floats>(rows[SLOPE_RADIUS] + at);
   const Floats sigma = in.sigma(z);
   const Floats cosine =
-      viewingCosine(in, rows, z, in.edges.tolerance(z, float(slope_radius)), at, u);
+      viewingCosine(in, rows, z, in.edges.tolerance(z, float(SLOPE_RADIUS)), at, u);
   const Floats support = edgeSupport(z, in.edges.tolerance(z), rows, at);
   const Floats weight = in.unit_variance / (sigma * sigma) * cosine * support * support;
   const Floats result = z > 0 ? weight : 0.0f;
   std::memcpy(weights + u, &result, sizeof(result));
   if (!color)
     return;
-  const Words quality = isInsideSurface(in, z, rows, at) ? Words{} + best_quality : Words{} + 1;
+  const Words quality = isInsideSurface(in, z, rows, at) ? Words{} + BEST_QUALITY : Words{} + 1;
   const Words graded =
-      (load<Words>(color + u) & ((1u << quality_shift) - 1)) | quality << quality_shift;
+      (load<Words>(color + u) & ((1u << QUALITY_SHIFT) - 1)) | quality << QUALITY_SHIFT;
   std::memcpy(color + u, &graded, sizeof(graded));
 }
 
@@ -118,28 +118,28 @@ weighEight(const RowInput& in, const float* const rows[], int at, int u, float* 
 BUNDLE_ICP_INLINE void
 weighEnd(const RowInput& in, int u, float* weights, std::uint32_t* color)
 {
-  float padded[2 * slope_radius + 1][lanes + 2 * slope_radius];
-  const float* rows[2 * slope_radius + 1];
-  for (int y = 0; y <= 2 * slope_radius; ++y) {
-    for (int i = 0; i < lanes + 2 * slope_radius; ++i) {
-      const int x = u + i - slope_radius;
+  float padded[2 * SLOPE_RADIUS + 1][LANES + 2 * SLOPE_RADIUS];
+  const float* rows[2 * SLOPE_RADIUS + 1];
+  for (int y = 0; y <= 2 * SLOPE_RADIUS; ++y) {
+    for (int i = 0; i < LANES + 2 * SLOPE_RADIUS; ++i) {
+      const int x = u + i - SLOPE_RADIUS;
       padded[y][i] = x >= 0 && x < in.width ? in.rows[y][x] : 0.0f;
     }
     rows[y] = padded[y];
   }
-  weighEight(in, rows, slope_radius, u, weights, color);
+  weighEight(in, rows, SLOPE_RADIUS, u, weights, color);
 }
 
 BUNDLE_ICP_INLINE void
 weightRow(const RowInput& in, float* weights, std::uint32_t* color)
 {
   weighEnd(in, 0, weights, color);
-  const int end = in.width - slope_radius;
-  for (int u = slope_radius; u < end; u += lanes) {
-    const int first = std::min(u, end - lanes);
+  const int end = in.width - SLOPE_RADIUS;
+  for (int u = SLOPE_RADIUS; u < end; u += LANES) {
+    const int first = std::min(u, end - LANES);
     weighEight(in, in.rows, first, first, weights, color);
   }
-  weighEnd(in, in.width - lanes, weights, color);
+  weighEnd(in, in.width - LANES, weights, color);
 }
 
 RowInput
@@ -147,10 +147,10 @@ rowInput(const DepthSamples& samples, int v, const float* zeros, double unit_sig
 {
   const CameraIntrinsics& camera = samples.camera;
   RowInput in;
-  for (int i = -slope_radius; i <= slope_radius; ++i) {
+  for (int i = -SLOPE_RADIUS; i <= SLOPE_RADIUS; ++i) {
     const int neighbor = v + i;
     const bool outside = neighbor < 0 || neighbor >= camera.height;
-    in.rows[i + slope_radius] =
+    in.rows[i + SLOPE_RADIUS] =
         outside ? zeros : &samples.depth[std::size_t(neighbor) * camera.width];
   }
   in.width = camera.width;

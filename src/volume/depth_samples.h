@@ -12,8 +12,8 @@ namespace bundle_icp {
 
 /** The highest byte of DepthSamples::color says how much the colour is worth: little next
  *  to depth edges, where it may be that of another surface. */
-constexpr int quality_shift = 24;
-constexpr std::uint32_t best_quality = 255;
+constexpr int QUALITY_SHIFT = 24;
+constexpr std::uint32_t BEST_QUALITY = 255;
 
 /** One frame as the fusion of voxels wants it: per pixel everything that does not
  *  depend on the voxel, without NaN, row by row. */

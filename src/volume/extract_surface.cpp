@@ -111,7 +111,7 @@ class VertexWriter {
 public:
   VertexWriter(const TSDFVolume::Impl& volume, float level, SurfaceMesh& mesh)
   : volume_(volume), level_(level), mesh_(mesh),
-    metres_(volume.options.truncation / distance_scale),
+    metres_(volume.options.truncation / DISTANCE_SCALE),
     sigma_(volume.unit_sigma * std::sqrt(smoothedVariance(volume.options.smoothing_radius)))
   {
   }
@@ -123,10 +123,10 @@ public:
       return;
     const VoxelAccess voxels(volume_.blocks, index);
     const Eigen::Vector3d origin = volume_.blocks.coordinatesOf(index).cast<double>() *
-                                   (block_edge * volume_.options.voxel_size);
+                                   (BLOCK_EDGE * volume_.options.voxel_size);
     std::uint32_t vertex = surface.first_vertex;
     for (int axis = 0; axis < 3; ++axis)
-      for (int i = 0; i < block_voxels; ++i) {
+      for (int i = 0; i < BLOCK_VOXELS; ++i) {
         const GridEdge edge{{i & 7, i >> 3 & 7, i >> 6}, axis};
         if (surface.hasEdge(edge))
           write(voxels, edge, origin, vertex++);
@@ -193,7 +193,7 @@ writeTriangles(const VoxelBlockMap& blocks, const BlockSurfaces& surfaces, std::
     return surfaces[neighbors[neighborIndex(x >> 3, y >> 3, z >> 3)]]->vertexOf(edge);
   };
   std::uint32_t triangle = surface.first_triangle;
-  for (int cell = 0; cell < block_voxels; ++cell)
+  for (int cell = 0; cell < BLOCK_VOXELS; ++cell)
     for (const int* edges = pcl::triTable[surface.cases[cell]]; *edges != -1; edges += 3)
       mesh.triangles[triangle++] = {vertexOf(cell, edges[0]), vertexOf(cell, edges[1]),
                                     vertexOf(cell, edges[2])};
@@ -228,7 +228,7 @@ marchingCubes(const TSDFVolume::Impl& volume, const MeshOptions& options)
 {
   const VoxelBlockMap& blocks = volume.blocks;
   const int num_threads = resolveThreads(options.num_threads);
-  const float level = static_cast<float>(options.iso_level) * distance_scale;
+  const float level = static_cast<float>(options.iso_level) * DISTANCE_SCALE;
   const BlockSurfaces surfaces =
       findSurfaces(blocks, weightCode(options.min_weight), level, num_threads);
 

@@ -31,14 +31,14 @@ struct FusionView {
 
 /** Behind the surface the weight of a measurement falls to zero over so many voxels: enough for a
  *  surface slanted by 75 degrees, whose cells reach far behind it along the optical axis. */
-constexpr float fall_off_voxels = 4;
+constexpr float FALL_OFF_VOXELS = 4;
 
 /** How far behind a surface at depth z voxels take part [m]: in full for one voxel and the noise.
  *  */
 inline double
 reachBehind(const TSDFOptions& options, const DepthNoise& noise, double z)
 {
-  return std::min(options.truncation, (1 + fall_off_voxels) * options.voxel_size + noise.sigma(z));
+  return std::min(options.truncation, (1 + FALL_OFF_VOXELS) * options.voxel_size + noise.sigma(z));
 }
 
 /** `image_from_world` turns the world's axes to those of FusionView::step. */

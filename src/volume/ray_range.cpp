@@ -27,7 +27,7 @@ project(const Eigen::Vector3i& block, float voxel_size, const CameraIntrinsics& 
   for (int corner = 0; corner < 8; ++corner) {
     const Eigen::Vector3i side(corner & 1, corner >> 1 & 1, corner >> 2);
     const Eigen::Vector3i voxel =
-        block * block_edge - Eigen::Vector3i::Ones() + side * (block_edge + 1);
+        block * BLOCK_EDGE - Eigen::Vector3i::Ones() + side * (BLOCK_EDGE + 1);
     const Eigen::Vector3f p = camera_from_world * (voxel.cast<float>() * voxel_size);
     box.range.near = std::min(box.range.near, std::max(p.z(), NEAREST));
     box.range.far = std::max(box.range.far, p.z());

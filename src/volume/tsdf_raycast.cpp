@@ -42,11 +42,11 @@ leaveBlock(const Ray& ray, float depth)
 {
   // Voxel centres have integer coordinates: blocks reach from -0.5.
   const Eigen::Array3f position = ray.at(depth).array() + 0.5f;
-  const Eigen::Array3f low = (position / block_edge).floor() * block_edge;
+  const Eigen::Array3f low = (position / BLOCK_EDGE).floor() * BLOCK_EDGE;
   float leave = std::numeric_limits<float>::infinity();
   for (int axis = 0; axis < 3; ++axis) {
     const float direction = ray.direction[axis];
-    const float wall = direction > 0 ? low[axis] + block_edge : low[axis];
+    const float wall = direction > 0 ? low[axis] + BLOCK_EDGE : low[axis];
     if (direction != 0)
       leave = std::min(leave, depth + (wall - position[axis]) / direction);
   }

@@ -56,7 +56,7 @@ checkPose(const Pose& world_from_camera, const TSDFOptions& options)
 {
   if (!isRigid(world_from_camera.matrix()))
     refuse("world_from_camera is not a rigid motion");
-  const double reach = options.voxel_size * block_edge * (VoxelBlockMap::limit - 2) -
+  const double reach = options.voxel_size * BLOCK_EDGE * (VoxelBlockMap::limit - 2) -
                        2 * (options.max_depth + options.truncation);
   const double distance = world_from_camera.translation().cwiseAbs().maxCoeff();
   if (distance > reach)
@@ -92,7 +92,7 @@ public:
     region_from_world_ = options.region->world_from_box.inverse();
     half_ = 0.5 * options.region->size;
     voxels_ = region_from_world_.linear() * options.voxel_size;
-    extent_ = voxels_.cwiseAbs() * Eigen::Vector3d::Constant(0.5 * (block_edge - 1));
+    extent_ = voxels_.cwiseAbs() * Eigen::Vector3d::Constant(0.5 * (BLOCK_EDGE - 1));
     is_limited_ = true;
   }
 
@@ -105,7 +105,7 @@ public:
       return {};
     const Eigen::Vector3d first = region_from_world_ * corner;
     const Eigen::Vector3d center =
-        first + voxels_ * Eigen::Vector3d::Constant(0.5 * (block_edge - 1));
+        first + voxels_ * Eigen::Vector3d::Constant(0.5 * (BLOCK_EDGE - 1));
     if (((center.cwiseAbs() + extent_).array() <= half_.array()).all())
       return {};
     RegionClip clip;
@@ -207,7 +207,7 @@ TSDFVolume::integrate(const RGBDFrame& frame, const CameraIntrinsics& camera,
   const Eigen::Affine3d image_from_world = imageFromWorld(camera, camera_from_world);
   const FusionView view = makeFusionView(samples, image_from_world.linear(), options, correction);
   const RegionTest region(options);
-  const double block_size = options.voxel_size * block_edge;
+  const double block_size = options.voxel_size * BLOCK_EDGE;
   const std::uint32_t frame_number = impl_->num_frames++;
 #pragma omp parallel for schedule(dynamic, 16) num_threads(num_threads)
   for (std::size_t i = 0; i < visible.size(); ++i) {
@@ -245,7 +245,7 @@ TSDFVolume::distance(const Eigen::Vector3f& point) const
 {
   const Eigen::Vector3d position = point.cast<double>() / impl_->options.voxel_size;
   // Written so that NaN fails, too.
-  if (!(position.cwiseAbs().maxCoeff() < block_edge * (VoxelBlockMap::limit - 2.0)))
+  if (!(position.cwiseAbs().maxCoeff() < BLOCK_EDGE * (VoxelBlockMap::limit - 2.0)))
     return {};
   const Eigen::Vector3i cell = position.array().floor().cast<int>();
   const Eigen::Vector3f within = (position - cell.cast<double>()).cast<float>();

@@ -65,11 +65,11 @@ public:
   VisibilityTest(const DepthSamples& samples, const Pose& camera_from_world,
                  const TSDFOptions& options)
   : camera_(samples.camera), ranges_(samples), camera_from_world_(camera_from_world),
-    options_(options), block_size_(options.voxel_size * block_edge)
+    options_(options), block_size_(options.voxel_size * BLOCK_EDGE)
   {
     // The outermost voxels, as seen from the first.
     const Eigen::Matrix3d edges =
-        camera_from_world.linear() * (options.voxel_size * (block_edge - 1));
+        camera_from_world.linear() * (options.voxel_size * (BLOCK_EDGE - 1));
     for (int i = 0; i < 8; ++i)
       corners_.col(i) = edges * Eigen::Vector3d(i & 1, i >> 1 & 1, i >> 2 & 1);
   }

@@ -11,30 +11,30 @@
 
 namespace bundle_icp {
 
-constexpr int block_edge = 8;
-constexpr int block_slab = block_edge * block_edge;
-constexpr int block_voxels = block_slab * block_edge;
-/** Distances are stored in units of truncation / distance_scale. */
-constexpr float distance_scale = 32767;
+constexpr int BLOCK_EDGE = 8;
+constexpr int BLOCK_SLAB = BLOCK_EDGE * BLOCK_EDGE;
+constexpr int BLOCK_VOXELS = BLOCK_SLAB * BLOCK_EDGE;
+/** Distances are stored in units of truncation / DISTANCE_SCALE. */
+constexpr float DISTANCE_SCALE = 32767;
 
 /** 8^3 voxels, x fastest, as arrays so that rows can be processed by vector
  *  instructions. All zero = nothing observed. */
 struct alignas(64) VoxelBlock {
-  std::int16_t distance[block_voxels];
-  std::uint16_t weight[block_voxels]; ///< coded, see decodeWeight()
+  std::int16_t distance[BLOCK_VOXELS];
+  std::uint16_t weight[BLOCK_VOXELS]; ///< coded, see decodeWeight()
   /** 9 bits red, 9 green, 8 blue, and 6 of the colour's own weight; 0 = none */
-  std::uint32_t color[block_voxels];
+  std::uint32_t color[BLOCK_VOXELS];
 };
 
 /** Weights are floats without sign, with 5 bits of exponent and 11 of mantissa: 2^-14
  *  to 2^18, so that neither a far measurement nor a thousand near ones leave the range. */
 constexpr std::uint32_t weight_base = (127u - 14u) << 23;
-constexpr int weight_shift = 12;
+constexpr int WEIGHT_SHIFT = 12;
 
 inline float
 decodeWeight(std::uint16_t code)
 {
-  const std::uint32_t bits = (std::uint32_t(code) << weight_shift) + weight_base;
+  const std::uint32_t bits = (std::uint32_t(code) << WEIGHT_SHIFT) + weight_base;
   float weight;
   std::memcpy(&weight, &bits, sizeof(weight));
   return code ? weight : 0.0f;
@@ -42,18 +42,18 @@ decodeWeight(std::uint16_t code)
 
 /** A colour is weighted apart from the distance, by numbers of the same range with 1 bit
  *  of mantissa: rounding that is dithered keeps their sum right on average. */
-constexpr int color_weight_shift = 22;
-constexpr std::uint32_t largest_color_weight = 63;
+constexpr int COLOR_WEIGHT_SHIFT = 22;
+constexpr std::uint32_t LARGEST_COLOR_WEIGHT = 63;
 
 /** Where the channels lie in a voxel's 32 bits. */
-constexpr int red_shift = 23, green_shift = 14, blue_shift = 6;
+constexpr int RED_SHIFT = 23, GREEN_SHIFT = 14, BLUE_SHIFT = 6;
 
 /** Red, green and blue in [0, 255]. */
 inline Eigen::Vector3f
 decodeColor(std::uint32_t color)
 {
-  return {float(color >> red_shift) * (255.0f / 511),
-          float(color >> green_shift & 511) * (255.0f / 511), float(color >> blue_shift & 255)};
+  return {float(color >> RED_SHIFT) * (255.0f / 511),
+          float(color >> GREEN_SHIFT & 511) * (255.0f / 511), float(color >> BLUE_SHIFT & 255)};
 }
 
 /** The blocks of a volume. They are numbered in the order of insertion and never move. */

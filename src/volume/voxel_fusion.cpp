@@ -10,9 +10,9 @@ namespace bundle_icp {
 namespace {
 
 using namespace simd;
-static_assert(lanes == block_edge);
+static_assert(LANES == BLOCK_EDGE);
 
-constexpr Words lane_hash = {0x9e3779b9u, 0x3c6ef372u, 0xdaa66d2bu, 0x78dde6e4u,
+constexpr Words LANE_HASH = {0x9e3779b9u, 0x3c6ef372u, 0xdaa66d2bu, 0x78dde6e4u,
                              0x1715609du, 0xb54cda56u, 0x5384540fu, 0xf1bbcdc8u};
 
 struct Row {
@@ -56,7 +56,7 @@ BUNDLE_ICP_INLINE bool
 showsAll(const FusionView& view, const float corner[3])
 {
   constexpr float margin = 0.01f; // more than positions within the block are rounded [px]
-  constexpr float edge = block_edge - 1;
+  constexpr float edge = BLOCK_EDGE - 1;
   constexpr Floats right = {0, edge, 0, edge, 0, edge, 0, edge};
   constexpr Floats down = {0, 0, edge, edge, 0, 0, edge, edge};
   constexpr Floats back = {0, 0, 0, 0, edge, edge, edge, edge};
@@ -94,7 +94,7 @@ BUNDLE_ICP_INLINE Floats
 shareBehind(const FusionView& view, Floats z, Floats ahead)
 {
   const Floats margin = ahead * view.truncation + view.voxel_size + view.sigma(z);
-  return smaller(Floats{} + 1, 1 + margin * (1 / (fall_off_voxels * view.voxel_size)));
+  return smaller(Floats{} + 1, 1 + margin * (1 / (FALL_OFF_VOXELS * view.voxel_size)));
 }
 
 // At most so far behind a surface voxels up to the depth `farthest` take part, in truncations.
@@ -102,7 +102,7 @@ BUNDLE_ICP_INLINE float
 largestReach(const FusionView& view, float farthest)
 {
   const float noise = std::max(view.sigma(view.min_depth), view.sigma(farthest));
-  const float behind = (1 + fall_off_voxels) * view.voxel_size + noise;
+  const float behind = (1 + FALL_OFF_VOXELS) * view.voxel_size + noise;
   return std::min(1.0f, behind * view.inverse_truncation);
 }
 
@@ -153,21 +153,21 @@ updateDistance(std::uint32_t seed, Row& row, std::int16_t* distance, std::uint16
 {
   // Rounding that it dithers does not stall when a measurement moves the mean by less than
   // the last digit. The seed is as good as random from frame to frame.
-  row.dither = lane_hash + seed;
+  row.dither = LANE_HASH + seed;
 
   const Words old_code = __builtin_convertvector(load<HalfWords>(weight), Words);
   const Floats old_weight =
-      old_code ? bitCast<Floats>((old_code << weight_shift) + weight_base) : Floats{};
+      old_code ? bitCast<Floats>((old_code << WEIGHT_SHIFT) + weight_base) : Floats{};
   const Floats sum = old_weight + row.weight;
   const Floats share = row.weight / sum;
   const Words sum_bits = bitCast<Words>(sum) + (row.dither >> 20);
-  const Ints sum_code = bitCast<Ints>(sum_bits - weight_base) >> weight_shift;
+  const Ints sum_code = bitCast<Ints>(sum_bits - weight_base) >> WEIGHT_SHIFT;
   const Ints code = smaller(larger(sum_code, Ints{} + 1), Ints{} + 65535);
 
   const Ints old_distance = __builtin_convertvector(load<Shorts>(distance), Ints);
   const Floats old_value = __builtin_convertvector(old_distance, Floats);
   const Floats one = Floats{} + 1;
-  const Floats measured = larger(-one, smaller(one, row.ahead)) * distance_scale;
+  const Floats measured = larger(-one, smaller(one, row.ahead)) * DISTANCE_SCALE;
   const Floats value = old_value + share * (measured - old_value);
   const Floats dither = toFloats(row.dither & 0xffffu) * (1.0f / 65536);
   // Of voxels that are not updated it may be anything, as large as no integer is.
@@ -218,25 +218,25 @@ updateColor(const FusionView& view, const Row& row, std::uint32_t* color)
   gatherPairs(view.color, row.pixel, corners[0], corners[1]);
   gatherPairs(view.color + view.width, row.pixel, corners[2], corners[3]);
   // The worst of the four says how much the colour is worth.
-  const Words quality = smaller(smaller(corners[0] >> quality_shift, corners[1] >> quality_shift),
-                                smaller(corners[2] >> quality_shift, corners[3] >> quality_shift));
-  const Floats weight = row.weight * toFloats(quality) * (view.color_weight / best_quality);
+  const Words quality = smaller(smaller(corners[0] >> QUALITY_SHIFT, corners[1] >> QUALITY_SHIFT),
+                                smaller(corners[2] >> QUALITY_SHIFT, corners[3] >> QUALITY_SHIFT));
+  const Floats weight = row.weight * toFloats(quality) * (view.color_weight / BEST_QUALITY);
 
   const Words old = load<Words>(color);
-  const Words old_code = old & largest_color_weight;
+  const Words old_code = old & LARGEST_COLOR_WEIGHT;
   const Floats old_weight =
-      old_code ? bitCast<Floats>((old_code << color_weight_shift) + weight_base) : Floats{};
+      old_code ? bitCast<Floats>((old_code << COLOR_WEIGHT_SHIFT) + weight_base) : Floats{};
   const Floats sum = old_weight + weight;
   const Floats share = weight / sum;
   // Other bits of the hash than the distance's weight takes.
   const Words sum_bits = bitCast<Words>(sum) + (row.dither * 0x9e3779b1u >> 10);
-  const Ints sum_code = bitCast<Ints>(sum_bits - weight_base) >> color_weight_shift;
+  const Ints sum_code = bitCast<Ints>(sum_bits - weight_base) >> COLOR_WEIGHT_SHIFT;
   const Words code = bitCast<Words>(
-      smaller(larger(sum_code, Ints{} + 1), Ints{} + static_cast<int>(largest_color_weight)));
+      smaller(larger(sum_code, Ints{} + 1), Ints{} + static_cast<int>(LARGEST_COLOR_WEIGHT)));
 
-  const Words blended = blendChannel(row, corners, 16, view.gain[2], share, old, red_shift, 511) |
-                        blendChannel(row, corners, 8, view.gain[1], share, old, green_shift, 511) |
-                        blendChannel(row, corners, 0, view.gain[0], share, old, blue_shift, 255) |
+  const Words blended = blendChannel(row, corners, 16, view.gain[2], share, old, RED_SHIFT, 511) |
+                        blendChannel(row, corners, 8, view.gain[1], share, old, GREEN_SHIFT, 511) |
+                        blendChannel(row, corners, 0, view.gain[0], share, old, BLUE_SHIFT, 255) |
                         code;
   const Ints update = row.update & nearSurface(row);
   const Words result = update ? blended : old;
@@ -250,7 +250,7 @@ insideRegion(const RegionClip& clip, float y, float z)
   Ints inside = Ints{} - 1;
   for (int axis = 0; axis < 3; ++axis) {
     const float first = clip.corner[axis] + y * clip.step[1][axis] + z * clip.step[2][axis];
-    inside &= magnitude(first + lane_number * clip.step[0][axis]) <= clip.half[axis];
+    inside &= magnitude(first + LANE_NUMBER * clip.step[0][axis]) <= clip.half[axis];
   }
   return inside;
 }
@@ -259,16 +259,16 @@ insideRegion(const RegionClip& clip, float y, float z)
 template <bool all_shown>
 BUNDLE_ICP_INLINE int
 lookUpRows(const FusionView& view, const float corner[3], float farthest, const RegionClip* clip,
-           Row rows[block_slab])
+           Row rows[BLOCK_SLAB])
 {
-  const Floats x = lane_number * view.step[0][0], y = lane_number * view.step[0][1],
-               z = lane_number * view.step[0][2];
-  const float along_row = std::min(0.0f, (block_edge - 1) * view.step[0][2]);
+  const Floats x = LANE_NUMBER * view.step[0][0], y = LANE_NUMBER * view.step[0][1],
+               z = LANE_NUMBER * view.step[0][2];
+  const float along_row = std::min(0.0f, (BLOCK_EDGE - 1) * view.step[0][2]);
   const float reach = largestReach(view, farthest);
   int count = 0;
-  for (int i = 0; i < block_slab; ++i) {
-    const float down = static_cast<float>(i % block_edge),
-                back = static_cast<float>(i / block_edge);
+  for (int i = 0; i < BLOCK_SLAB; ++i) {
+    const float down = static_cast<float>(i % BLOCK_EDGE),
+                back = static_cast<float>(i / BLOCK_EDGE);
     float first[3];
     for (int axis = 0; axis < 3; ++axis)
       first[axis] = corner[axis] + down * view.step[1][axis] + back * view.step[2][axis];
@@ -291,11 +291,11 @@ fuse(const FusionView& view, const float corner[3], float farthest, const Region
 {
   // Step by step for all rows instead of row by row: the branches that tell which rows need
   // a step are as good as random, and a loop without them overlaps the rows' look-ups.
-  Row rows[block_slab];
+  Row rows[BLOCK_SLAB];
   const int count = showsAll(view, corner) ? lookUpRows<true>(view, corner, farthest, clip, rows)
                                            : lookUpRows<false>(view, corner, farthest, clip, rows);
 
-  int chosen[block_slab], num_chosen = 0;
+  int chosen[BLOCK_SLAB], num_chosen = 0;
   for (int i = 0; i < count; ++i) {
     chosen[num_chosen] = i;
     num_chosen += any(rows[i].update & (rows[i].ahead < 1));
@@ -307,7 +307,7 @@ fuse(const FusionView& view, const float corner[3], float farthest, const Region
   for (int i = 0; i < count; ++i) {
     Row& row = rows[i];
     weigh(view, row);
-    const int voxel = row.number * block_edge;
+    const int voxel = row.number * BLOCK_EDGE;
     behind |= updateDistance(seed + static_cast<std::uint32_t>(row.number) * 0x51ed270bu, row,
                              block.distance + voxel, block.weight + voxel);
   }
@@ -319,7 +319,7 @@ fuse(const FusionView& view, const float corner[3], float farthest, const Region
       num_chosen += any(rows[i].update & nearSurface(rows[i]));
     }
   for (int i = 0; i < num_chosen; ++i)
-    updateColor(view, rows[chosen[i]], block.color + rows[chosen[i]].number * block_edge);
+    updateColor(view, rows[chosen[i]], block.color + rows[chosen[i]].number * BLOCK_EDGE);
   return any(behind);
 }
 

@@ -30,7 +30,7 @@ fuseVoxel(const FusionView& view, const float at[3], VoxelMean& voxel)
   const float S = std::max(-1.0f, std::min(1.0f, (D - z) / mu));
   const float behind = z - D - view.voxel_size - view.sigma(z);
   const float W =
-      view.weight[nearest] * std::min(1.0f, 1 - behind / (fall_off_voxels * view.voxel_size));
+      view.weight[nearest] * std::min(1.0f, 1 - behind / (FALL_OFF_VOXELS * view.voxel_size));
   if (!(W > 0))
     return;
   voxel.S = (voxel.W * voxel.S + W * S) / (voxel.W + W);

@@ -14,7 +14,7 @@ roundDown(const Eigen::Vector3f& position)
 int
 indexInBlock(const Eigen::Vector3i& voxel)
 {
-  return (voxel.z() & 7) * block_slab + (voxel.y() & 7) * block_edge + (voxel.x() & 7);
+  return (voxel.z() & 7) * BLOCK_SLAB + (voxel.y() & 7) * BLOCK_EDGE + (voxel.x() & 7);
 }
 
 } // namespace
@@ -37,7 +37,7 @@ VoxelSampler::nearest(const Eigen::Vector3f& position)
   const VoxelBlock* const found = block(voxel);
   if (!found || found->weight[indexInBlock(voxel)] == 0)
     return std::nullopt;
-  return float(found->distance[indexInBlock(voxel)]) / distance_scale;
+  return float(found->distance[indexInBlock(voxel)]) / DISTANCE_SCALE;
 }
 
 std::optional<float>
@@ -52,7 +52,7 @@ VoxelSampler::distance(const Eigen::Vector3i& cell, const Eigen::Vector3f& withi
 {
   const VoxelBlock* const home = block(cell);
   const Eigen::Vector3i in_block(cell.x() & 7, cell.y() & 7, cell.z() & 7);
-  const bool is_inside = in_block.maxCoeff() < block_edge - 1;
+  const bool is_inside = in_block.maxCoeff() < BLOCK_EDGE - 1;
   float sum = 0;
   for (int corner = 0; corner < 8; ++corner) {
     const Eigen::Vector3i offset(corner & 1, corner >> 1 & 1, corner >> 2);
@@ -66,7 +66,7 @@ VoxelSampler::distance(const Eigen::Vector3i& cell, const Eigen::Vector3f& withi
       share *= offset[axis] ? within[axis] : 1 - within[axis];
     sum += share * float(found->distance[index]);
   }
-  return sum / distance_scale;
+  return sum / DISTANCE_SCALE;
 }
 
 std::optional<Eigen::Vector3f>

@@ -65,23 +65,23 @@ TEST(Equation7, BlocksHoldTheMeanOfEachVoxel)
 {
   const View views[NUM_FRAMES] = {View(0), View(1), View(2)};
   std::size_t fused = 0, inside = 0, equal = 0;
-  const double edge = block_edge * coarseOptions().voxel_size;
+  const double edge = BLOCK_EDGE * coarseOptions().voxel_size;
   const auto check = [&](const Eigen::Vector3d& corner) {
     VoxelBlock block{};
-    std::vector<VoxelMean> expected(block_voxels);
+    std::vector<VoxelMean> expected(BLOCK_VOXELS);
     for (const View& view : views) {
       const Eigen::Vector3f at = (view.image_from_world * corner).cast<float>();
       fuseBlock(view.fusion, at.data(), 10, nullptr, 1, block);
-      for (int i = 0; i < block_voxels; ++i) {
+      for (int i = 0; i < BLOCK_VOXELS; ++i) {
         Eigen::Vector3f voxel = at;
-        const int steps[3] = {i % block_edge, i / block_edge % block_edge, i / block_slab};
+        const int steps[3] = {i % BLOCK_EDGE, i / BLOCK_EDGE % BLOCK_EDGE, i / BLOCK_SLAB};
         for (int axis = 0; axis < 3; ++axis)
           voxel += float(steps[axis]) * Eigen::Map<const Eigen::Vector3f>(view.fusion.step[axis]);
         fuseVoxel(view.fusion, voxel.data(), expected[i]);
       }
     }
-    for (int i = 0; i < block_voxels; ++i) {
-      const float S = float(block.distance[i]) / distance_scale, W = decodeWeight(block.weight[i]);
+    for (int i = 0; i < BLOCK_VOXELS; ++i) {
+      const float S = float(block.distance[i]) / DISTANCE_SCALE, W = decodeWeight(block.weight[i]);
       fused += expected[i].W > 0;
       inside += expected[i].S < 0;
       // A digit of 16 bits of distance, and of 11 of weight, a frame.
@@ -98,6 +98,6 @@ TEST(Equation7, BlocksHoldTheMeanOfEachVoxel)
     EXPECT_GT(inside, 2000u);
     // Where rounding decides which pixel is the nearest, or whether four are of one
     // surface.
-    EXPECT_GT(double(equal), 0.9995 * 8 * HALF * HALF * HALF * block_voxels);
+    EXPECT_GT(double(equal), 0.9995 * 8 * HALF * HALF * HALF * BLOCK_VOXELS);
   });
 }
