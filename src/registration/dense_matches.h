@@ -2,26 +2,10 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #pragma once
 
+#include "registration/source_points.h"
 #include "registration/target_grid.h"
 
-#include <vector>
-
 namespace bundle_icp {
-
-/** Source points of one level of detail, as arrays of one coordinate each. */
-struct SourcePoints {
-  std::vector<float> x, y, z;
-  std::vector<float> nx, ny, nz; ///< empty without normals
-  std::vector<int> index;        ///< in the source cloud
-  int stride = 1;                ///< every so many pixels of it, both ways
-  double patch = 1;              ///< how many of these points share the noise of one measurement
-
-  std::size_t
-  size() const
-  {
-    return index.size();
-  }
-};
 
 /** One linearised distance per entry: residual r of a point p (relative to a centre)
  * along a unit direction n, over sigma. Entries without a match have inverse_sigma 0.
@@ -55,11 +39,6 @@ struct DenseSystem {
   std::size_t inliers = 0;    ///< of these, within three (scaled) sigma
   double squared_inliers = 0; ///< their sum of squared residuals [m^2]
 };
-
-/** Every source point of the level: all that are finite, `stride`-th of the grid or
- * list. */
-SourcePoints
-selectSource(const AlignmentProblem& problem, int stride);
 
 /** How generous a level of detail is. */
 struct MatchTolerance {
