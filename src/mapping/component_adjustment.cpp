@@ -175,4 +175,17 @@ ComponentAdjuster::applyMotionPrior(SparseModel& model, int component,
     model.setWorldFromCamera(images[k], poses[k]);
 }
 
+void
+numberBySize(SparseModel& model)
+{
+  std::vector<std::vector<std::size_t>> components;
+  for (int component = 0; !model.registeredImages(component).empty(); ++component)
+    components.push_back(model.registeredImages(component));
+  std::stable_sort(components.begin(), components.end(),
+                   [](const auto& a, const auto& b) { return a.size() > b.size(); });
+  for (std::size_t c = 0; c < components.size(); ++c)
+    for (const std::size_t image : components[c])
+      model.registerImage(image, model.worldFromCamera(image), int(c));
+}
+
 } // namespace bundle_icp

@@ -72,4 +72,9 @@ private:
   int calibrated_component_ = -1;             ///< the one that the calibration was found in
 };
 
+/** Numbers the components anew, the largest first: they grow in the order of their best connected
+ *  image, which is not that of their size. */
+void
+numberBySize(SparseModel& model);
+
 } // namespace bundle_icp

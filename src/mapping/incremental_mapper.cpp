@@ -4,13 +4,12 @@
 
 #include "common/parallel.h"
 #include "mapping/component_adjustment.h"
-#include "mapping/frame_motions.h"
+#include "mapping/registration_by_time.h"
 #include "refinement/false_connections.h"
 
 #include <pcl/exceptions.h>
 
 #include <algorithm>
-#include <numeric>
 #include <optional>
 
 namespace bundle_icp {
@@ -55,8 +54,6 @@ private:
   }
   bool
   registerComponents(SparseModel& model);
-  void
-  numberBySize(SparseModel& model) const;
   bool
   initialise(SparseModel& model, int component);
   bool
@@ -78,10 +75,6 @@ private:
   updateVisibility(const SparseModel& model, std::size_t image, int component);
   void
   updateVisibilities(const SparseModel& model, int component);
-  void
-  registerByTime(SparseModel& model, int component);
-  void
-  registerInOrder(SparseModel& model, int component, const std::vector<std::size_t>& order);
   bool
   report(const SparseModel& model) const;
 
@@ -152,24 +145,15 @@ IncrementalMapper::Impl::registerComponents(SparseModel& model)
     // Images that only look like others: registered against the finished model
     if (!grow(model, component, false))
       return false;
-    registerByTime(model, component);
+    for (const auto& [image, registration] :
+         registerByTime(graph_, registrar_, options_, component, model)) {
+      registrations_[image] = registration.report;
+      if (registration.report.registered)
+        covariances_[image] = registration.covariance;
+    }
     adjuster_.applyMotionPrior(model, component, covariances_);
   }
   return true;
-}
-
-/** Components grow in the order of their best connected image, which is not that of their size. */
-void
-IncrementalMapper::Impl::numberBySize(SparseModel& model) const
-{
-  std::vector<std::vector<std::size_t>> components;
-  for (int component = 0; !model.registeredImages(component).empty(); ++component)
-    components.push_back(model.registeredImages(component));
-  std::stable_sort(components.begin(), components.end(),
-                   [](const auto& a, const auto& b) { return a.size() > b.size(); });
-  for (std::size_t c = 0; c < components.size(); ++c)
-    for (const std::size_t image : components[c])
-      model.registerImage(image, model.worldFromCamera(image), int(c));
 }
 
 bool
@@ -210,8 +194,7 @@ IncrementalMapper::Impl::initialise(SparseModel& model, int component)
     registrations_[seed] = registrations_[strongest.neighbour] = second.report;
     model.registerImage(graph_, strongest.neighbour, second.world_from_camera, component,
                         options_.tracks);
-    for (std::size_t i = 0; i < graph_.size(); ++i)
-      visibility_[i] = 0;
+    visibility_.assign(graph_.size(), 0);
     updateVisibility(model, seed, component);
     updateVisibility(model, strongest.neighbour, component);
     return true;
@@ -358,48 +341,6 @@ IncrementalMapper::Impl::updateVisibilities(const SparseModel& model, int compon
   for (std::size_t i = 0; i < graph_.size(); ++i)
     if (!model.isRegistered(i))
       visibility_[i] = model.visibility(graph_, i, component);
-}
-
-/** Images without visual evidence start from their neighbours in time and let geometry
- *  decide. */
-void
-IncrementalMapper::Impl::registerByTime(SparseModel& model, int component)
-{
-  if (!options_.schedule.ordered_in_time ||
-      options_.registration.method != FrameRegistrationMethod::BUNDLE_ICP)
-    return;
-  std::vector<std::size_t> all(graph_.size());
-  std::iota(all.begin(), all.end(), 0);
-  std::vector<std::size_t> order = byTime(graph_, std::move(all));
-  registerInOrder(model, component, order);
-  std::reverse(order.begin(), order.end());
-  registerInOrder(model, component, order);
-}
-
-/** Each image after the one before it, if that has a pose. */
-void
-IncrementalMapper::Impl::registerInOrder(SparseModel& model, int component,
-                                         const std::vector<std::size_t>& order)
-{
-  for (std::size_t k = 1; k < order.size(); ++k) {
-    const std::size_t image = order[k], last = order[k - 1];
-    if (model.isRegistered(image) || model.component(last) != component ||
-        registrations_[image].reason.rfind("blurred", 0) == 0)
-      continue;
-    Pose guess = model.worldFromCamera(last);
-    std::vector<Neighbour> neighbours{{last, 0}};
-    if (k >= 2 && model.component(order[k - 2]) == component) {
-      guess = extrapolatedPose(graph_, model, order[k - 2], last, image);
-      neighbours.push_back({order[k - 2], 0});
-    }
-    const FrameRegistration registration =
-        registrar_.bundleICP(model, {image, neighbours, guess, options_.num_threads});
-    registrations_[image] = registration.report;
-    if (!registration.report.registered)
-      continue;
-    covariances_[image] = registration.covariance;
-    model.registerImage(image, registration.world_from_camera, component);
-  }
 }
 
 } // namespace bundle_icp

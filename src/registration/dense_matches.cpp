@@ -6,88 +6,13 @@
 #include "common/parallel.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace bundle_icp {
 namespace {
 
-/** Entries that one task sums. Fixed, so that sums do not depend on the number of
- * threads. */
+/** Points that one thread at a time matches. */
 constexpr std::size_t CHUNK = 4096;
-/** Indices that one thread at a time selects source points from. */
-constexpr std::size_t SELECTED = 16384;
-constexpr std::size_t LANES = 16;
-/** 21 entries of H, 6 of g, 21 of the structure, and 6 further sums. */
-constexpr std::size_t SUMS = 54;
-
-struct Sums {
-  double value[SUMS] = {};
-};
-
-/** Derivatives of the distances of one lane block along unit directions n. */
-struct Jacobian {
-  alignas(64) float row[6][LANES];
-
-  inline void
-  set(const float* const p[3], const float* const n[3])
-  {
-    for (std::size_t l = 0; l < LANES; ++l) {
-      row[0][l] = p[1][l] * n[2][l] - p[2][l] * n[1][l];
-      row[1][l] = p[2][l] * n[0][l] - p[0][l] * n[2][l];
-      row[2][l] = p[0][l] * n[1][l] - p[1][l] * n[0][l];
-      row[3][l] = n[0][l];
-      row[4][l] = n[1][l];
-      row[5][l] = n[2][l];
-    }
-  }
-};
-
-/** Products of each lane block, added up in float lanes and folded into doubles per
- * chunk. */
-BUNDLE_ICP_INLINE void
-sumChunk(const Matches& m, std::size_t begin, std::size_t end, float cutoff, float inlier,
-         Sums& sums)
-{
-  alignas(64) float acc[SUMS][LANES] = {};
-  const float inverse_cutoff = 1 / cutoff;
-  for (std::size_t block = begin; block < end; block += LANES) {
-    Jacobian J, S;
-    alignas(64) float w[LANES], wr[LANES];
-    const float* const p[3] = {&m.px[block], &m.py[block], &m.pz[block]};
-    const float* const n[3] = {&m.nx[block], &m.ny[block], &m.nz[block]};
-    const float* const s[3] = {&m.sx[block], &m.sy[block], &m.sz[block]};
-    const float *r = &m.residual[block], *inv = &m.inverse_sigma[block];
-    J.set(p, n);
-    S.set(p, s);
-    for (std::size_t l = 0; l < LANES; ++l) {
-      const float e = std::abs(r[l] * inv[l]), t = e * inverse_cutoff;
-      const float inside = t < 1 ? 1 - t * t : 0, hit = inv[l] > 0 ? 1.0f : 0.0f;
-      const float robust = inside * inside * hit, in = e < inlier ? hit : 0.0f;
-      w[l] = robust * inv[l] * inv[l];
-      wr[l] = w[l] * r[l];
-      acc[48][l] += w[l];
-      acc[49][l] += robust * r[l] * r[l];
-      acc[50][l] += robust;
-      acc[51][l] += hit;
-      acc[52][l] += in;
-      acc[53][l] += in * r[l] * r[l];
-    }
-    std::size_t k = 0;
-    for (int a = 0; a < 6; ++a)
-      for (int b = a; b < 6; ++b, ++k)
-        for (std::size_t l = 0; l < LANES; ++l) {
-          acc[k][l] += w[l] * J.row[a][l] * J.row[b][l];
-          acc[k + 27][l] += w[l] * (J.row[a][l] * S.row[b][l] + S.row[a][l] * J.row[b][l]);
-        }
-    for (int a = 0; a < 6; ++a, ++k)
-      for (std::size_t l = 0; l < LANES; ++l)
-        acc[k][l] += wr[l] * J.row[a][l];
-  }
-  for (std::size_t k = 0; k < SUMS; ++k)
-    for (std::size_t l = 0; l < LANES; ++l)
-      sums.value[k] += static_cast<double>(acc[k][l]);
-}
 
 /** Everything that matching one chunk by projection reads. */
 struct Projection {
@@ -206,47 +131,6 @@ gather(const Projection& p, const PointsView& target, const SourcePoints& s, std
   }
 }
 
-/** Whether a source point is finite, with its normal where it has one. */
-bool
-isUsable(const PointsView& source, std::size_t index)
-{
-  const auto sum = [](const float* v) { return std::abs(v[0]) + std::abs(v[1]) + std::abs(v[2]); };
-  const std::size_t offset = index * source.stride;
-  return sum(source.xyz + offset) < 1e9f && (!source.normals || sum(source.normals + offset) < 4);
-}
-
-/** Of indices begin to end those of usable points: every `stride`-th pixel both ways, or of
- * a list as many. */
-std::vector<int>
-everyOf(const std::vector<int>& indices, std::size_t begin, std::size_t end,
-        const PointsView& source, int stride)
-{
-  const bool is_grid = source.height > 1;
-  const auto squared = static_cast<std::size_t>(stride * stride);
-  // Of a grid, divisions would take longer than everything else here.
-  std::vector<std::uint8_t> takes_column(is_grid ? static_cast<std::size_t>(source.width) : 0);
-  for (std::size_t column = 0; column < takes_column.size(); ++column)
-    takes_column[column] = static_cast<int>(column) % stride == stride / 2;
-  int first_of_row = -source.width;
-  bool takes_row = false;
-  std::vector<int> chosen;
-  chosen.reserve((end - begin) / squared + takes_column.size() + 1);
-  for (std::size_t k = begin; k < end; ++k) {
-    const int i = indices[k];
-    if (i < 0 || static_cast<std::size_t>(i) >= source.size)
-      continue;
-    if (is_grid && (i < first_of_row || i >= first_of_row + source.width)) {
-      const int row = i / source.width;
-      first_of_row = row * source.width;
-      takes_row = row % stride == stride / 2;
-    }
-    if ((is_grid ? takes_row && takes_column[i - first_of_row] : k % squared == 0) &&
-        isUsable(source, static_cast<std::size_t>(i)))
-      chosen.push_back(i);
-  }
-  return chosen;
-}
-
 /** Median of the values in (0, limit) by a histogram, unset without any. */
 double
 histogramMedian(const std::vector<std::size_t>& bins, double bin_width)
@@ -277,49 +161,13 @@ Matches::resize(std::size_t size)
   target.assign(padded, -1);
 }
 
-SourcePoints
-selectSource(const AlignmentProblem& problem, int stride)
-{
-  const PointsView& source = problem.source;
-  const std::vector<int>& indices = *problem.source_indices;
-  const int threads = resolveThreads(problem.num_threads);
-  std::vector<std::vector<int>> chosen((indices.size() + SELECTED - 1) / SELECTED);
-#pragma omp parallel for num_threads(threads) schedule(static)
-  for (std::size_t c = 0; c < chosen.size(); ++c)
-    chosen[c] = everyOf(indices, c * SELECTED, std::min(indices.size(), (c + 1) * SELECTED), source,
-                        stride);
-  SourcePoints points;
-  for (const std::vector<int>& part : chosen)
-    points.index.insert(points.index.end(), part.begin(), part.end());
-  for (std::vector<float>* list : {&points.x, &points.y, &points.z})
-    list->resize(points.size());
-  if (source.normals)
-    for (std::vector<float>* list : {&points.nx, &points.ny, &points.nz})
-      list->resize(points.size());
-#pragma omp parallel for num_threads(threads) schedule(static)
-  for (std::size_t k = 0; k < points.size(); ++k) {
-    const std::size_t offset = static_cast<std::size_t>(points.index[k]) * source.stride;
-    const float* p = source.xyz + offset;
-    points.x[k] = p[0];
-    points.y[k] = p[1];
-    points.z[k] = p[2];
-    if (source.normals) {
-      const float* n = source.normals + offset;
-      points.nx[k] = n[0];
-      points.ny[k] = n[1];
-      points.nz[k] = n[2];
-    }
-  }
-  return points;
-}
-
 void
 matchByProjection(const AlignmentProblem& problem, const TargetGrid& target,
                   const SourcePoints& source, const Pose& pose, const Eigen::Vector3d& center,
                   const MatchTolerance& tolerance, Matches& matches)
 {
   // All entries are written: clearing those of the last iteration would be for the padding alone.
-  if (matches.size() < source.size() || matches.size() >= source.size() + LANES)
+  if (matches.size() < source.size() || matches.size() >= source.size() + Matches::LANES)
     matches.resize(source.size());
   for (std::size_t i = source.size(); i < matches.size(); ++i)
     rejectMatch(matches, i);
@@ -394,39 +242,6 @@ rmsError(const Matches& matches)
       count += 1;
     }
   return count > 0 ? std::sqrt(sum / count) : 0;
-}
-
-DenseSystem
-accumulate(const Matches& matches, double scale, int num_threads)
-{
-  const std::size_t chunks = (matches.size() + CHUNK - 1) / CHUNK;
-  std::vector<Sums> partial(chunks);
-  const float cutoff = static_cast<float>(TUKEY_CUTOFF * scale),
-              inlier = static_cast<float>(3 * scale);
-#pragma omp parallel for num_threads(resolveThreads(num_threads)) schedule(static)
-  for (std::size_t c = 0; c < chunks; ++c)
-    simd::call<sumChunk>(matches, c * CHUNK, std::min(matches.size(), (c + 1) * CHUNK), cutoff,
-                         inlier, partial[c]);
-  Sums total;
-  for (const Sums& sums : partial)
-    for (std::size_t k = 0; k < SUMS; ++k)
-      total.value[k] += sums.value[k];
-  DenseSystem system;
-  std::size_t k = 0;
-  for (int a = 0; a < 6; ++a)
-    for (int b = a; b < 6; ++b, ++k) {
-      system.H(a, b) = system.H(b, a) = total.value[k];
-      system.structure(a, b) = system.structure(b, a) = 0.5 * total.value[k + 27];
-    }
-  for (int a = 0; a < 6; ++a, ++k)
-    system.g[a] = total.value[k];
-  system.weight = total.value[48];
-  system.squared_error = total.value[49];
-  system.weight_metric = total.value[50];
-  system.matched = static_cast<std::size_t>(total.value[51]);
-  system.inliers = static_cast<std::size_t>(total.value[52]);
-  system.squared_inliers = total.value[53];
-  return system;
 }
 
 } // namespace bundle_icp

@@ -2,31 +2,18 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #pragma once
 
+#include "registration/source_points.h"
 #include "registration/target_grid.h"
 
-#include <vector>
-
 namespace bundle_icp {
-
-/** Source points of one level of detail, as arrays of one coordinate each. */
-struct SourcePoints {
-  std::vector<float> x, y, z;
-  std::vector<float> nx, ny, nz; ///< empty without normals
-  std::vector<int> index;        ///< in the source cloud
-  int stride = 1;                ///< every so many pixels of it, both ways
-  double patch = 1;              ///< how many of these points share the noise of one measurement
-
-  std::size_t
-  size() const
-  {
-    return index.size();
-  }
-};
 
 /** One linearised distance per entry: residual r of a point p (relative to a centre)
  * along a unit direction n, over sigma. Entries without a match have inverse_sigma 0.
  */
 struct Matches {
+  /** Sizes are multiples of it, so that sums take whole blocks. */
+  static constexpr std::size_t LANES = 16;
+
   std::vector<float> px, py, pz, nx, ny, nz, residual, inverse_sigma;
   std::vector<float> sx, sy, sz; ///< the source's own normal; n where it has none
   std::vector<int> target;       ///< matched target point, -1 = none
@@ -40,26 +27,6 @@ struct Matches {
     return target.size();
   }
 };
-
-/** Sums over matches: normal equations H delta = -g about the centre. */
-struct DenseSystem {
-  Matrix6d H = Matrix6d::Zero();
-  Vector6d g = Vector6d::Zero();
-  /** H with one normal of each product from the source. Their noise is independent, so
-   * that it cancels, where in H it looks like structure that holds the pose. */
-  Matrix6d structure = Matrix6d::Zero();
-  double weight = 0;          ///< sum of weights / sigma^2
-  double squared_error = 0;   ///< weighted sum of squared residuals [m^2]
-  double weight_metric = 0;   ///< sum of the same weights
-  std::size_t matched = 0;    ///< entries with a match
-  std::size_t inliers = 0;    ///< of these, within three (scaled) sigma
-  double squared_inliers = 0; ///< their sum of squared residuals [m^2]
-};
-
-/** Every source point of the level: all that are finite, `stride`-th of the grid or
- * list. */
-SourcePoints
-selectSource(const AlignmentProblem& problem, int stride);
 
 /** How generous a level of detail is. */
 struct MatchTolerance {
@@ -97,20 +64,5 @@ robustScale(const Matches& matches);
 /** Root mean square of |r| / sigma. */
 double
 rmsError(const Matches& matches);
-
-/** Beyond so many standard deviations Tukey's biweight is 0: 95 % efficient on normal errors. */
-constexpr double TUKEY_CUTOFF = 4.685;
-
-/** Tukey's biweight of a normalised residual. */
-constexpr double
-robustWeight(double error)
-{
-  const double inside = 1 - error * error / (TUKEY_CUTOFF * TUKEY_CUTOFF);
-  return inside > 0 ? inside * inside : 0;
-}
-
-/** Sums the normal equations with Tukey's biweight at `scale`. */
-DenseSystem
-accumulate(const Matches& matches, double scale, int num_threads);
 
 } // namespace bundle_icp

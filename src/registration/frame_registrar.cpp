@@ -3,6 +3,7 @@
 #include "registration/frame_registrar.h"
 
 #include "registration/pnp_pose.h"
+#include "registration/shared_error.h"
 
 #include <opencv2/core.hpp>
 
@@ -30,17 +31,6 @@ constexpr double LEAST_SHARED_SIGMAS = 0.03;
 /** Depth is not aligned when it cannot lower any variance of the pose by more than this share. */
 constexpr double LEAST_DENSE_GAIN = 0.05;
 
-/** Standard deviations of the error that the pixels of an image share, by their mean depth [m]. */
-struct SharedError {
-  double shift; ///< [m]
-  double tilt;  ///< [rad]
-
-  SharedError(double mean_depth, const DepthNoise& noise, double sigmas)
-  : shift(sigmas * noise.sigma(mean_depth)), tilt(shift / mean_depth)
-  {
-  }
-};
-
 double
 meanDepth(const Features& features)
 {
@@ -52,26 +42,6 @@ meanDepth(const Features& features)
       ++count;
     }
   return count ? sum / double(count) : 0;
-}
-
-/** Information on a pose from the depth of `num_images` images, given the information H that it
- *  held if errors of pixels were independent, and C, the covariance of the error that an image's
- *  pixels share: (H^-1 + n C)^-1, written so that H may be singular. */
-Matrix6d
-withSharedError(const Matrix6d& independent, const DepthView& view, const DepthNoise& noise,
-                double shared_sigmas, int num_images)
-{
-  const cv::Mat measured = view.depth == view.depth; // NaN differs from itself
-  const double z = std::max(cv::mean(view.depth, measured)[0], 0.1);
-  const SharedError shared(z, noise, shared_sigmas);
-  Vector6d precision; // of n C
-  precision << Eigen::Vector3d::Constant(1 / (shared.tilt * shared.tilt)),
-      Eigen::Vector3d::Constant(1 / (shared.shift * shared.shift));
-  precision /= num_images;
-  Matrix6d sum = independent;
-  sum.diagonal() += precision;
-  const Matrix6d result = independent - independent * sum.ldlt().solve(independent);
-  return 0.5 * (result + result.transpose());
 }
 
 /** Information of a dense term on motions of either image that are applied on the left of its pose

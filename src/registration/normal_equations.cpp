@@ -2,6 +2,9 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "registration/normal_equations.h"
 
+#include "common/parallel.h"
+#include "common/simd.h"
+
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -9,12 +12,88 @@
 
 namespace bundle_icp {
 namespace {
+
 /** Normalised distance beyond which a correspondence is an outlier. */
 constexpr double OUTLIER_SIGMAS = 4;
 /** Fewer tiles do not show how errors scatter. */
 constexpr double MIN_TILES = 12;
 /** Of a measurement, over that which the noise model expects. */
 constexpr double LEAST_VARIANCE = 0.25;
+
+/** Entries that one task sums. Fixed, so that sums do not depend on the number of
+ * threads. */
+constexpr std::size_t CHUNK = 4096;
+constexpr std::size_t LANES = Matches::LANES;
+/** 21 entries of H, 6 of g, 21 of the structure, and 6 further sums. */
+constexpr std::size_t SUMS = 54;
+
+struct Sums {
+  double value[SUMS] = {};
+};
+
+/** Derivatives of the distances of one lane block along unit directions n. */
+struct Jacobian {
+  alignas(64) float row[6][LANES];
+
+  inline void
+  set(const float* const p[3], const float* const n[3])
+  {
+    for (std::size_t l = 0; l < LANES; ++l) {
+      row[0][l] = p[1][l] * n[2][l] - p[2][l] * n[1][l];
+      row[1][l] = p[2][l] * n[0][l] - p[0][l] * n[2][l];
+      row[2][l] = p[0][l] * n[1][l] - p[1][l] * n[0][l];
+      row[3][l] = n[0][l];
+      row[4][l] = n[1][l];
+      row[5][l] = n[2][l];
+    }
+  }
+};
+
+/** Products of each lane block, added up in float lanes and folded into doubles per
+ * chunk. */
+BUNDLE_ICP_INLINE void
+sumChunk(const Matches& m, std::size_t begin, std::size_t end, float cutoff, float inlier,
+         Sums& sums)
+{
+  alignas(64) float acc[SUMS][LANES] = {};
+  const float inverse_cutoff = 1 / cutoff;
+  for (std::size_t block = begin; block < end; block += LANES) {
+    Jacobian J, S;
+    alignas(64) float w[LANES], wr[LANES];
+    const float* const p[3] = {&m.px[block], &m.py[block], &m.pz[block]};
+    const float* const n[3] = {&m.nx[block], &m.ny[block], &m.nz[block]};
+    const float* const s[3] = {&m.sx[block], &m.sy[block], &m.sz[block]};
+    const float *r = &m.residual[block], *inv = &m.inverse_sigma[block];
+    J.set(p, n);
+    S.set(p, s);
+    for (std::size_t l = 0; l < LANES; ++l) {
+      const float e = std::abs(r[l] * inv[l]), t = e * inverse_cutoff;
+      const float inside = t < 1 ? 1 - t * t : 0, hit = inv[l] > 0 ? 1.0f : 0.0f;
+      const float robust = inside * inside * hit, in = e < inlier ? hit : 0.0f;
+      w[l] = robust * inv[l] * inv[l];
+      wr[l] = w[l] * r[l];
+      acc[48][l] += w[l];
+      acc[49][l] += robust * r[l] * r[l];
+      acc[50][l] += robust;
+      acc[51][l] += hit;
+      acc[52][l] += in;
+      acc[53][l] += in * r[l] * r[l];
+    }
+    std::size_t k = 0;
+    for (int a = 0; a < 6; ++a)
+      for (int b = a; b < 6; ++b, ++k)
+        for (std::size_t l = 0; l < LANES; ++l) {
+          acc[k][l] += w[l] * J.row[a][l] * J.row[b][l];
+          acc[k + 27][l] += w[l] * (J.row[a][l] * S.row[b][l] + S.row[a][l] * J.row[b][l]);
+        }
+    for (int a = 0; a < 6; ++a, ++k)
+      for (std::size_t l = 0; l < LANES; ++l)
+        acc[k][l] += wr[l] * J.row[a][l];
+  }
+  for (std::size_t k = 0; k < SUMS; ++k)
+    for (std::size_t l = 0; l < LANES; ++l)
+      sums.value[k] += static_cast<double>(acc[k][l]);
+}
 
 /** -H^-1 g along the directions that H holds. */
 Vector6d
@@ -32,6 +111,39 @@ minimum(const Matrix6d& H, const Vector6d& g)
 }
 
 } // namespace
+
+DenseSystem
+accumulate(const Matches& matches, double scale, int num_threads)
+{
+  const std::size_t chunks = (matches.size() + CHUNK - 1) / CHUNK;
+  std::vector<Sums> partial(chunks);
+  const float cutoff = static_cast<float>(TUKEY_CUTOFF * scale),
+              inlier = static_cast<float>(3 * scale);
+#pragma omp parallel for num_threads(resolveThreads(num_threads)) schedule(static)
+  for (std::size_t c = 0; c < chunks; ++c)
+    simd::call<sumChunk>(matches, c * CHUNK, std::min(matches.size(), (c + 1) * CHUNK), cutoff,
+                         inlier, partial[c]);
+  Sums total;
+  for (const Sums& sums : partial)
+    for (std::size_t k = 0; k < SUMS; ++k)
+      total.value[k] += sums.value[k];
+  DenseSystem system;
+  std::size_t k = 0;
+  for (int a = 0; a < 6; ++a)
+    for (int b = a; b < 6; ++b, ++k) {
+      system.H(a, b) = system.H(b, a) = total.value[k];
+      system.structure(a, b) = system.structure(b, a) = 0.5 * total.value[k + 27];
+    }
+  for (int a = 0; a < 6; ++a, ++k)
+    system.g[a] = total.value[k];
+  system.weight = total.value[48];
+  system.squared_error = total.value[49];
+  system.weight_metric = total.value[50];
+  system.matched = static_cast<std::size_t>(total.value[51]);
+  system.inliers = static_cast<std::size_t>(total.value[52]);
+  system.squared_inliers = total.value[53];
+  return system;
+}
 
 VisualSystem
 accumulateVisual(const VisualCorrespondences& visual, const Pose& pose,

@@ -6,6 +6,36 @@
 
 namespace bundle_icp {
 
+/** Sums over matches: normal equations H delta = -g about the centre. */
+struct DenseSystem {
+  Matrix6d H = Matrix6d::Zero();
+  Vector6d g = Vector6d::Zero();
+  /** H with one normal of each product from the source. Their noise is independent, so
+   * that it cancels, where in H it looks like structure that holds the pose. */
+  Matrix6d structure = Matrix6d::Zero();
+  double weight = 0;          ///< sum of weights / sigma^2
+  double squared_error = 0;   ///< weighted sum of squared residuals [m^2]
+  double weight_metric = 0;   ///< sum of the same weights
+  std::size_t matched = 0;    ///< entries with a match
+  std::size_t inliers = 0;    ///< of these, within three (scaled) sigma
+  double squared_inliers = 0; ///< their sum of squared residuals [m^2]
+};
+
+/** Beyond so many standard deviations Tukey's biweight is 0: 95 % efficient on normal errors. */
+constexpr double TUKEY_CUTOFF = 4.685;
+
+/** Tukey's biweight of a normalised residual. */
+constexpr double
+robustWeight(double error)
+{
+  const double inside = 1 - error * error / (TUKEY_CUTOFF * TUKEY_CUTOFF);
+  return inside > 0 ? inside * inside : 0;
+}
+
+/** Sums the normal equations with Tukey's biweight at `scale`. */
+DenseSystem
+accumulate(const Matches& matches, double scale, int num_threads);
+
 /** Sums over visual correspondences, about a centre, and how well they agree. */
 struct VisualSystem {
   Matrix6d H = Matrix6d::Zero();

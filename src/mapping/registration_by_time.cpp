@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#include "mapping/registration_by_time.h"
+
+#include "mapping/frame_motions.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace bundle_icp {
+namespace {
+
+/** Each image after the one before it, if that has a pose. */
+void
+registerInOrder(const ImageGraph& graph, const FrameRegistrar& registrar, int num_threads,
+                int component, const std::vector<std::size_t>& order, SparseModel& model,
+                std::vector<FrameByTime>& tried)
+{
+  for (std::size_t k = 1; k < order.size(); ++k) {
+    const std::size_t image = order[k], last = order[k - 1];
+    if (model.isRegistered(image) || model.component(last) != component ||
+        graph.exclusion(image).rfind("blurred", 0) == 0)
+      continue;
+    Pose guess = model.worldFromCamera(last);
+    std::vector<Neighbour> neighbours{{last, 0}};
+    if (k >= 2 && model.component(order[k - 2]) == component) {
+      guess = extrapolatedPose(graph, model, order[k - 2], last, image);
+      neighbours.push_back({order[k - 2], 0});
+    }
+    const FrameRegistration registration =
+        registrar.bundleICP(model, {image, neighbours, guess, num_threads});
+    tried.push_back({image, registration});
+    if (registration.report.registered)
+      model.registerImage(image, registration.world_from_camera, component);
+  }
+}
+
+} // namespace
+
+std::vector<FrameByTime>
+registerByTime(const ImageGraph& graph, const FrameRegistrar& registrar,
+               const MapperOptions& options, int component, SparseModel& model)
+{
+  std::vector<FrameByTime> tried;
+  if (!options.schedule.ordered_in_time ||
+      options.registration.method != FrameRegistrationMethod::BUNDLE_ICP)
+    return tried;
+  std::vector<std::size_t> all(graph.size());
+  std::iota(all.begin(), all.end(), 0);
+  std::vector<std::size_t> order = byTime(graph, std::move(all));
+  registerInOrder(graph, registrar, options.num_threads, component, order, model, tried);
+  std::reverse(order.begin(), order.end());
+  registerInOrder(graph, registrar, options.num_threads, component, order, model, tried);
+  return tried;
+}
+
+} // namespace bundle_icp

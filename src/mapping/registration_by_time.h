@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#pragma once
+
+#include "registration/frame_registrar.h"
+
+#include <bundle_icp/mapping/incremental_mapper.h>
+
+#include <vector>
+
+namespace bundle_icp {
+
+/** An image that was tried, and what came of it. */
+struct FrameByTime {
+  std::size_t image = 0;
+  FrameRegistration registration;
+};
+
+/** Registers images without visual evidence, when they are ordered in time: each starts from its
+ *  neighbours in time, forwards and then backwards, and geometry decides.
+ *  \return the images that were tried, in order; some twice */
+std::vector<FrameByTime>
+registerByTime(const ImageGraph& graph, const FrameRegistrar& registrar,
+               const MapperOptions& options, int component, SparseModel& model);
+
+} // namespace bundle_icp
