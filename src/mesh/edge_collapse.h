@@ -11,8 +11,8 @@ double
 squaredDistance(const Eigen::Vector3d& point, const Eigen::Vector3d& a, const Eigen::Vector3d& b,
                 const Eigen::Vector3d& c);
 
-/** Collapses edges until `options` are met or no edge is left that may be. \return the squared
- *  distance of each vertex before to the mesh after, at most [m^2]. */
+/** Collapses edges until `options` are met or no edge is left that may be collapsed. \return for
+ *  each vertex before, an upper bound of the squared distance to the mesh after [m^2]. */
 std::vector<double>
 collapseEdges(SurfaceMesh& mesh, const MeshDecimationOptions& options);
 

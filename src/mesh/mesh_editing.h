@@ -15,8 +15,8 @@ namespace bundle_icp {
 
 using Triangle = std::array<std::uint32_t, 3>;
 
-/** Refuses a mesh whose lists do not belong together; `caller` begins the message.
- *  \throws pcl::BadArgumentException */
+/** Refuses a mesh with inconsistent lists; the message begins with `caller`. \throws
+ *  pcl::BadArgumentException */
 void
 checkLists(const SurfaceMesh& mesh, const char* caller);
 
@@ -49,8 +49,8 @@ editSurface(pcl::PolygonMesh& mesh, const Edit& edit)
   return result;
 }
 
-/** cleanMesh() for what marching cubes give, which has no duplicate vertex, no triangle without
- *  area, at most two triangles at an edge, and is oriented. */
+/** cleanMesh() for a mesh of marching cubes: no duplicate vertex, no triangle without area, at most
+ *  two triangles at an edge, all oriented. */
 MeshCleaningResult
 cleanExtracted(SurfaceMesh& mesh, const MeshCleaningOptions& options);
 
@@ -65,7 +65,7 @@ removeSmallAreas(SurfaceMesh& mesh, double min_area);
 void
 fillHoles(SurfaceMesh& mesh, double max_perimeter, MeshCleaningResult& result);
 
-/** Keeps the triangles whose flag is set, in their order. \return how many went. */
+/** Keeps the triangles whose flag is set, in their order. \return number of removed triangles. */
 std::size_t
 keepTriangles(SurfaceMesh& mesh, const std::vector<std::uint8_t>& keep);
 
@@ -87,8 +87,8 @@ areaNormal(const SurfaceMesh& mesh, const Triangle& triangle)
   return (corner(mesh, triangle, 1) - a).cross(corner(mesh, triangle, 2) - a);
 }
 
-/** True where a triangle is so narrow that it has no normal to speak of: its height is less
- *  than a share of its longest edge. */
+/** True where a triangle is too narrow for a normal: its height is less than a share of its longest
+ *  edge. */
 inline bool
 isNarrow(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c, double share)
 {

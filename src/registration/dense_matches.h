@@ -13,8 +13,8 @@ struct SourcePoints {
   std::vector<float> x, y, z;
   std::vector<float> nx, ny, nz; ///< empty without normals
   std::vector<int> index;        ///< in the source cloud
-  int stride = 1;                ///< every so many pixels of it, both ways
-  double patch = 1;              ///< how many of these points share the noise of one measurement
+  int stride = 1;                ///< every stride-th pixel of the cloud, both ways
+  double patch = 1;              ///< number of these points that share the noise of one measurement
 
   std::size_t
   size() const
@@ -45,15 +45,15 @@ struct Matches {
 struct DenseSystem {
   Matrix6d H = Matrix6d::Zero();
   Vector6d g = Vector6d::Zero();
-  /** H with one normal of each product from the source. Their noise is independent, so
-   * that it cancels, where in H it looks like structure that holds the pose. */
+  /** H with one normal of each product from the source. The noise of the two normals is independent
+   *  and cancels, whereas in H it looks like structure that holds the pose. */
   Matrix6d structure = Matrix6d::Zero();
   double weight = 0;          ///< sum of weights / sigma^2
   double squared_error = 0;   ///< weighted sum of squared residuals [m^2]
-  double weight_metric = 0;   ///< sum of the same weights
+  double weight_metric = 0;   ///< sum of the weights
   std::size_t matched = 0;    ///< entries with a match
-  std::size_t inliers = 0;    ///< of these, within three (scaled) sigma
-  double squared_inliers = 0; ///< their sum of squared residuals [m^2]
+  std::size_t inliers = 0;    ///< entries within three (scaled) sigma
+  double squared_inliers = 0; ///< sum of squared residuals of these entries [m^2]
 };
 
 /** Every source point of the level: all that are finite, `stride`-th of the grid or
@@ -61,12 +61,11 @@ struct DenseSystem {
 SourcePoints
 selectSource(const AlignmentProblem& problem, int stride);
 
-/** How generous a level of detail is. */
+/** Tolerances of a level of detail. */
 struct MatchTolerance {
   float max_distance = 0; ///< of a match [m]
-  /** Distance that a pose still to be found may leave [m]: widens sigma, or the
-   * structures that hold the pose would be taken for outliers of the walls that are
-   * already aligned. */
+  /** Distance [m] that a coarse pose may leave. It widens sigma: otherwise the structures that hold
+   *  the pose would count as outliers of walls that are already aligned. */
   float misalignment = 0;
 };
 
@@ -79,12 +78,12 @@ matchByProjection(const AlignmentProblem& problem, const TargetGrid& target,
 /** How well the clouds meet at a pose. */
 struct Meeting {
   double near = 0;    ///< source points on the target
-  double against = 0; ///< weight of those that say that the pose is wrong
+  double against = 0; ///< weight of source points that contradict the pose
 };
 
-/** By projection: near is within three (scaled) sigma of the surface that is seen there. What lies
- * elsewhere where the target's camera measured is against it: it may be hidden behind what is seen,
- * but in front of it, where the camera saw through, counts twice. */
+/** By projection: near is within three (scaled) sigma of the visible surface. Other points where
+ *  the target's camera measured are against the pose. A point behind the surface may be hidden; a
+ *  point in front of it, where the camera saw through, counts twice. */
 Meeting
 meetingByProjection(const TargetGrid& target, const SourcePoints& source, const Pose& pose,
                     const Matches& matches, double scale);
@@ -98,7 +97,7 @@ robustScale(const Matches& matches);
 double
 rmsError(const Matches& matches);
 
-/** Beyond so many standard deviations Tukey's biweight is 0: 95 % efficient on normal errors. */
+/** Standard deviations beyond which Tukey's biweight is 0: 95 % efficient on normal errors. */
 constexpr double TUKEY_CUTOFF = 4.685;
 
 /** Tukey's biweight of a normalised residual. */

@@ -16,17 +16,16 @@
 namespace bundle_icp {
 namespace {
 
-/** Source points used by the last level at most: more do not add independent
- * measurements. */
+/** Most source points of the last level: more points do not add independent measurements. */
 constexpr double POINTS_OF_LAST_LEVEL = 80000;
-/** No level has fewer, unless the source has. */
+/** Fewest source points of a level, unless the source has fewer. */
 constexpr double MIN_POINTS_OF_LEVEL = 500;
 /** Largest distance of a projective match on the coarse levels and the last one [m]. */
 constexpr float COARSE_DISTANCE = 0.4f, LAST_DISTANCE = 0.15f;
 /** Misalignment that the coarse levels allow for, tried in this order [m]: wide kernels
  * see far structures pull, narrow ones are not led astray by clutter. */
 constexpr float MISALIGNMENTS[] = {0.1f, 0.03f, 0.3f};
-/** What a pose from visual evidence leaves of it at most [m]. */
+/** Largest misalignment that a pose from visual evidence leaves [m]. */
 constexpr double VISUAL_MISALIGNMENT = 0.03;
 /** No further kernel is tried once this share of the source lies on the target. */
 constexpr double ENOUGH_OVERLAP = 0.75;
@@ -132,7 +131,7 @@ private:
   Alignment out_;
 };
 
-/** What is no unit normal counts as none. */
+/** Normals that are not of unit length count as missing. */
 AlignmentProblem
 withUnitNormals(const AlignmentProblem& problem)
 {

@@ -118,7 +118,7 @@ Reconstruction::run()
   return std::move(result_);
 }
 
-/** Of the shared stages those that the method needs. */
+/** Runs the shared stages that the method needs. */
 bool
 Reconstruction::prepare()
 {
@@ -138,7 +138,7 @@ Reconstruction::estimatePoses()
   return timed("registration", [this] { return mapImages(); });
 }
 
-/** Frame after frame in the order given. */
+/** Tracks frame after frame in the given order. */
 bool
 Reconstruction::trackFrames()
 {
@@ -293,7 +293,7 @@ Reconstruction::corrected(std::size_t index, const RGBDFrame& image) const
                         result_.frames[index].depth_error);
 }
 
-/** A pass over some frames' points, before the surface. */
+/** Passes over some frames' points, before the surface is made. */
 bool
 Reconstruction::findObject()
 {

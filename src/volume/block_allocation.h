@@ -13,10 +13,10 @@ std::vector<std::uint64_t>
 findBandBlocks(const DepthSamples& samples, const Pose& world_from_camera,
                const TSDFOptions& options, int num_threads);
 
-/** A block that a frame can change: in view, and not hidden behind the surface. */
+/** A block that a frame can change: in view and not hidden behind the surface. */
 struct VisibleBlock {
   std::uint32_t number;
-  float farthest; ///< depth beyond which no voxel of it changes [m]
+  float farthest; ///< no voxel of the block beyond this depth changes [m]
 };
 
 std::vector<VisibleBlock>

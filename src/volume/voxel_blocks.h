@@ -40,12 +40,12 @@ decodeWeight(std::uint16_t code)
   return code ? weight : 0.0f;
 }
 
-/** A colour is weighted apart from the distance, by numbers of the same range with 1 bit
- *  of mantissa: rounding that is dithered keeps their sum right on average. */
+/** A colour has its own weight, with the range of distance weights and 1 bit of mantissa: dithered
+ *  rounding keeps the sum right on average. */
 constexpr int color_weight_shift = 22;
 constexpr std::uint32_t largest_color_weight = 63;
 
-/** Where the channels lie in a voxel's 32 bits. */
+/** Bit positions of the channels in a voxel's 32 bits. */
 constexpr int red_shift = 23, green_shift = 14, blue_shift = 6;
 
 /** Red, green and blue in [0, 255]. */
@@ -108,8 +108,8 @@ public:
     return chunks_[index / chunk_blocks][index % chunk_blocks];
   }
 
-  /** False as long as no voxel of the block has been behind a surface: free space has
-   *  nothing to carve there. */
+  /** False until a voxel of the block lies behind a surface: before that, free space has nothing to
+   *  carve in the block. */
   bool
   mayHoldSurface(std::size_t index) const
   {

@@ -12,14 +12,14 @@
 
 namespace bundle_icp {
 
-/** What all voxels of one frame share. Single precision, because positions are relative
- *  to the camera. */
+/** Data of one frame for all voxels. Single precision is enough, because positions are relative to
+ *  the camera. */
 struct FusionView {
   const float* depth;
   const float* weight;
   const std::uint32_t* color; ///< null when the frame has none
-  float color_weight;         ///< of all of its colours
-  float gain[3];              ///< blue, green, red: what the colours are multiplied by
+  float color_weight;         ///< weight of all colours of the frame
+  float gain[3];              ///< factors of blue, green and red
   int width, height;
   /** One voxel along x, y, z of the world, in the camera frame, times the camera matrix: its
    *  third coordinate is depth [m], the others are pixels times depth. */
@@ -29,12 +29,12 @@ struct FusionView {
   DepthEdges edges;
 };
 
-/** Behind the surface the weight of a measurement falls to zero over so many voxels: enough for a
+/** Voxels behind the surface over which the weight of a measurement falls to zero: enough for a
  *  surface slanted by 75 degrees, whose cells reach far behind it along the optical axis. */
 constexpr float fall_off_voxels = 4;
 
-/** How far behind a surface at depth z voxels take part [m]: in full for one voxel and the noise.
- *  */
+/** Distance [m] behind a surface at depth z up to which voxels take part: in full for one voxel and
+ *  the noise. */
 inline double
 reachBehind(const TSDFOptions& options, const DepthNoise& noise, double z)
 {
@@ -53,7 +53,7 @@ FusionView
 makeFusionView(const DepthSamples& samples, const Eigen::Matrix3d& image_from_world,
                const TSDFOptions& options, const ColorCorrection& correction);
 
-/** Equation (7) in one voxel X_w: the mean of what all frames have said. */
+/** Equation (7) in one voxel X_w: the mean over all frames. */
 struct VoxelMean {
   float S = 0; ///< S_k(X_w), proj(T_w^i X_w) - D_i with the sign that is positive in front [mu]
   float W = 0; ///< W_k(X_w), the sum of weights
