@@ -22,7 +22,7 @@ namespace {
 constexpr std::uint32_t NONE = std::numeric_limits<std::uint32_t>::max();
 /** Cosine of the largest angle by which a collapse may turn a triangle. */
 constexpr double MIN_TURN_COSINE = 0.2;
-/** Height over longest edge that a collapse may leave a triangle with. */
+/** Least height over longest edge of a triangle after a collapse. */
 constexpr double NARROW = 0.01;
 
 /** Sum of squared distances to planes, weighted: [x 1] Q [x 1]'. */
@@ -79,7 +79,8 @@ public:
     }
   }
 
-  /** Puts what is left into the mesh. \return the squared error of each original vertex. */
+  /** Writes the remaining triangles into the mesh. \return the squared error of each original
+   *  vertex. */
   std::vector<double>
   finish()
   {
@@ -97,7 +98,7 @@ private:
   using Vertices = std::vector<std::uint32_t>;
   using Triangles = std::vector<std::uint32_t>;
 
-  /** An edge at the time when it was judged; outdated when one of its ends has changed. */
+  /** An edge at the time of its evaluation; outdated when one of its ends has changed. */
   struct Candidate {
     double cost;
     std::uint32_t a, b; ///< a < b
@@ -110,7 +111,7 @@ private:
     }
   };
 
-  /** What a collapse would do, found out before it is done. */
+  /** Result of a collapse, computed before the collapse. */
   struct Plan {
     std::uint32_t keep, drop;
     Eigen::Vector3d position;
@@ -159,7 +160,7 @@ private:
     queue_.push({cost, a, b, version_[a], version_[b]});
   }
 
-  /** Where the quadric is least: on boundaries one of the ends, elsewhere anywhere near. */
+  /** Place where the quadric is least: on boundaries one of the ends, elsewhere anywhere near. */
   Eigen::Vector3d
   bestPosition(std::uint32_t a, std::uint32_t b, const Quadric& quadric) const
   {
@@ -235,7 +236,7 @@ private:
            });
   }
 
-  /** No triangle turns over, nor becomes narrower than it may be or was. */
+  /** True when no triangle turns over or becomes narrower than the bound or its old shape. */
   bool
   keepsShape() const
   {

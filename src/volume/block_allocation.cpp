@@ -141,9 +141,9 @@ sampleStep(const DepthSamples& samples, int u0, int v0, double block_size)
   return std::clamp(static_cast<int>(block_size * focal / farthest / 2), 1, 8);
 }
 
-/** Calls visit(u, v) for the pixels of a cell whose bands hold the bands of all others in it: that
- *  in its middle, and those that differ from this one and from the one before by more than the
- *  truncation, as where something thin is seen before something far. */
+/** Calls visit(u, v) for enough pixels of a cell that their bands contain the bands of all its
+ *  pixels: the pixel in the middle, and each pixel that differs by more than the truncation from
+ *  the middle and from the pixel before, as where something thin is in front of something far. */
 template <typename Visit>
 void
 visitLayers(const DepthSamples& samples, int u0, int v0, int step, float truncation,
@@ -266,8 +266,8 @@ public:
       corners_.col(i) = edges * Eigen::Vector3d(i & 1, i >> 1 & 1, i >> 2 & 1);
   }
 
-  /** How far the band of a pixel reaches in the block [m]; 0 when neither that nor, for blocks
-   *  that may hold a surface, a pixel's free space reaches it. */
+  /** Depth [m] up to which the band of a pixel reaches in the block; 0 when neither the band nor,
+   *  for blocks that may hold a surface, a pixel's free space reaches the block. */
   float
   operator()(const Eigen::Vector3i& block, bool free_space_matters) const
   {

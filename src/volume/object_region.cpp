@@ -84,8 +84,8 @@ private:
   std::map<Key, int> numbers_;
 };
 
-/** Cells as often as there are points in them, so that what fills the frames counts most, thinned
- *  to about `max_points`. */
+/** Cells, each as often as it has points, so that the largest parts of the frames count most;
+ *  thinned to about `max_points`. */
 Cloud::Ptr
 weightedPoints(const CellGrid& grid, std::size_t max_points)
 {
@@ -219,7 +219,7 @@ cellsOnPlane(const CellGrid& grid, const Eigen::Vector4d& plane, const ObjectReg
   return above;
 }
 
-/** How many frames look at each cluster more than at any other. */
+/** Number of frames that look at each cluster more than at any other. */
 std::vector<std::size_t>
 countLooks(const std::vector<pcl::PointIndices>& objects, const CellGrid& grid,
            const std::vector<Cloud>& clouds, const std::vector<Pose>& world_from_cameras,
