@@ -14,7 +14,7 @@ namespace {
 
 /** Rounds of adjustment and outlier removal that end a component. */
 constexpr int FINAL_ROUNDS = 2;
-/** Least number of images that tell how smoothly the camera moves. */
+/** Minimum number of images that show how smoothly the camera moves. */
 constexpr std::size_t MIN_FOR_MOTION_PRIOR = 20;
 
 } // namespace

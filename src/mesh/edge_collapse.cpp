@@ -22,7 +22,7 @@ namespace {
 constexpr std::uint32_t NONE = std::numeric_limits<std::uint32_t>::max();
 /** Cosine of the largest angle by which a collapse may turn a triangle. */
 constexpr double MIN_TURN_COSINE = 0.2;
-/** Least height over longest edge of a triangle after a collapse. */
+/** Minimum height over longest edge of a triangle after a collapse. */
 constexpr double NARROW = 0.01;
 
 /** Sum of squared distances to planes, weighted: [x 1] Q [x 1]'. */

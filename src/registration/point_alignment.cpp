@@ -16,9 +16,9 @@
 namespace bundle_icp {
 namespace {
 
-/** Most source points of the last level: more points do not add independent measurements. */
+/** Maximum number of source points of the last level: more do not add independent measurements. */
 constexpr double POINTS_OF_LAST_LEVEL = 80000;
-/** Fewest source points of a level, unless the source has fewer. */
+/** Minimum number of source points of a level, unless the source has fewer. */
 constexpr double MIN_POINTS_OF_LEVEL = 500;
 /** Largest distance of a projective match on the coarse levels and the last one [m]. */
 constexpr float COARSE_DISTANCE = 0.4f, LAST_DISTANCE = 0.15f;

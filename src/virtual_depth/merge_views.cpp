@@ -12,7 +12,7 @@
 namespace bundle_icp {
 namespace {
 
-/** Least weight of a surface in front, as a share of the weight of the surface behind it. */
+/** Minimum weight of a surface in front, as a share of the weight of the surface behind it. */
 constexpr float MIN_WEIGHT_SHARE = 0.1f;
 /** Depth of a sample that shows nothing [m]: finite, so that sums stay free of NaN. */
 constexpr float FAR_AWAY = 1e6f;

@@ -16,7 +16,7 @@ namespace {
 using simd::larger;
 using simd::smaller;
 
-/** Least distance from the virtual camera at which anything is rendered [m]. */
+/** Minimum distance from the virtual camera at which anything is rendered [m]. */
 constexpr float NEAR_PLANE = 0.05f;
 /** Largest useful mesh cell in the virtual view [px]. */
 constexpr float MAX_CELL = 24;

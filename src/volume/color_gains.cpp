@@ -20,8 +20,8 @@ struct Sample {
 
 using Samples = std::vector<Sample>; ///< of one point
 
-/** Most samples of a point: the equations grow with the square of the number, but more samples
- *  tell hardly more. */
+/** Maximum number of samples of a point: the equations grow with the square of the number, but more
+ *  samples tell hardly more. */
 constexpr std::size_t MAX_SAMPLES = 30;
 
 /** At most MAX_SAMPLES of the samples, evenly distributed. */

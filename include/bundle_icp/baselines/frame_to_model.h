@@ -30,9 +30,9 @@ struct BUNDLE_ICP_EXPORT TrackingOptions {
   VirtualDepthOptions depth;
   /** Frames are reduced by this integer factor before alignment, but fused at full size. */
   int depth_reduction = 2;
-  /** Least share of a frame's depth that must lie on the model. With less the frame is lost and not
-   *  fused, because it would spoil the model. On TUM freiburg1_xyz nearly all right poses have 0.65
-   *  and more, wrong poses up to 0.55. */
+  /** Minimum share of a frame's depth that must lie on the model. With less the frame is lost and
+   *  not fused, because it would spoil the model. On TUM freiburg1_xyz nearly all right poses have
+   *  0.65 and more, wrong poses up to 0.55. */
   double min_overlap = 0.6;
   /** The same for a pose close to the pose of matched features, which confirm it. */
   double min_overlap_with_features = 0.3;

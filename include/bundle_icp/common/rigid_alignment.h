@@ -22,7 +22,7 @@ struct PointPair {
 struct BUNDLE_ICP_EXPORT RigidAlignmentOptions {
   /** Pairs whose distance is at most this many standard deviations of the pair are inliers. */
   double inlier_sigmas = 3.5;
-  /** Most random samples of three pairs. */
+  /** Maximum number of random samples of three pairs. */
   int max_samples = 500;
   /** Sampling stops when at least one sample had only inliers with this probability. */
   double confidence = 0.999;

@@ -15,8 +15,8 @@ namespace bundle_icp {
 
 /** How features are found and given a depth. */
 struct BUNDLE_ICP_EXPORT FeatureOptions {
-  /** Most keypoints of an image: the strongest are kept, then those without depth are dropped. The
-   *  cost of matching grows with the square of the number. */
+  /** Maximum number of keypoints of an image: the strongest are kept, then those without depth are
+   *  dropped. The cost of matching grows with the square of this number. */
   int max_features = 1200;
   /** Contrast below which SIFT drops a keypoint (of [0, 1] grey levels). OpenCV's default 0.04
    *  leaves too few keypoints on plain walls, and faint keypoints do not mislead verification. */

@@ -16,10 +16,10 @@ namespace bundle_icp {
 struct BUNDLE_ICP_EXPORT ImageGraphOptions {
   MatchingOptions matching;
   RetrievalOptions retrieval;
-  /** With up to so many images every pair is matched. With more, key images are chosen that cover
-   *  the scan, and the cost of matching is linear in the number of images. */
+  /** Largest number of images of which every pair is matched. With more images, key images are
+   *  chosen that cover the scan, and the cost of matching is linear in the number of images. */
   std::size_t exhaustive_limit = 300;
-  /** Least similarity of every image to a key image, 0 ... 1, as a share of
+  /** Minimum similarity of every image to a key image, 0 ... 1, as a share of
    *  ImageRetrieval::typicalSimilarity(), that of images of the same place. A lower value is
    *  faster, but connects long scans less well. */
   double key_similarity = 0.75;

@@ -29,7 +29,7 @@ struct BUNDLE_ICP_EXPORT DatasetOptions {
   double depth_factor = 1;
   /** Takes every n-th frame of the recording. */
   std::size_t stride = 1;
-  /** Most frames to take after the stride; 0 = all. */
+  /** Maximum number of frames after the stride; 0 = all. */
   std::size_t max_frames = 0;
   /** Seed of a random order of the frames; unset = their own order. Frames keep their time
    *  stamps. */

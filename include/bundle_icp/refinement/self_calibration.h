@@ -16,16 +16,17 @@ struct BUNDLE_ICP_EXPORT SelfCalibrationOptions {
   bool camera = true;
   /** True: the test includes a DepthError of its own for each image. */
   bool depth_errors = true;
-  /** Most images in the test: those that share most points. The final estimate uses all images. */
+  /** Maximum number of images in the test, those that share most points. All give the final
+   *  values. */
   std::size_t max_images = 40;
-  /** Fewest observations of a point in the test: other points say little about the camera. */
+  /** Minimum number of observations of a point: other points say little about the camera. */
   std::size_t min_track_length = 4;
   /** A correction is applied when it lowers the cost per image of held-back observations by more
    *  than this many standard errors of the mean... */
   double significance = 3;
   /** ... and by more than this share. */
   double min_gain = 0.005;
-  /** Least number of images; with fewer nothing is tested. */
+  /** Minimum number of images; with fewer nothing is tested. */
   std::size_t min_images = 8;
   /** Iterations of each adjustment of the test. */
   int max_iterations = 6;

@@ -24,11 +24,11 @@ struct BUNDLE_ICP_EXPORT FrameRegistrationOptions {
   /** False: ICP starts from the pose of the neighbour with the most matches, which shows what the
    *  visual pose is worth (only with BUNDLE_ICP). */
   bool visual_start = true;
-  /** Fewest visual correspondences that must support the pose of a new frame. */
+  /** Minimum number of visual correspondences that support the pose of a new frame. */
   std::size_t min_visual_inliers = 12;
   VirtualDepthOptions virtual_depth;
-  /** Most registered neighbours in a virtual depth map: those that see most of the same points. The
-   *  limit keeps the cost of a frame constant as the model grows. */
+  /** Maximum number of registered neighbours in a virtual depth map: those that see most of the
+   *  same points. The limit keeps the cost of a frame constant as the model grows. */
   std::size_t max_views = 6;
   /** Share of a frame's depth that must lie on the virtual depth when the frame is registered by
    *  geometry alone. */

@@ -24,7 +24,7 @@ struct VisualCorrespondences {
 struct BUNDLE_ICP_EXPORT VisualPoseOptions {
   /** Its inliers support the pose. The bound is wide: weights rarely cover every error. */
   RigidAlignmentOptions alignment{4, 2000, 0.999, 0};
-  /** Fewest inliers that support a pose. */
+  /** Minimum number of inliers that support a pose. */
   std::size_t min_inliers = 6;
 
   bool

@@ -14,8 +14,8 @@ namespace bundle_icp {
 
 /** Which surface of a volume is extracted, and how it is smoothed and cleaned. */
 struct BUNDLE_ICP_EXPORT MeshOptions {
-  /** Least weight of a voxel that takes part, > 0; 1 = a frontal measurement at 1 m, 0.001 = one at
-   *  5 m, slanted by 60 degrees. A higher value drops surfaces with few or poor measurements; a
+  /** Minimum weight of a voxel that takes part, > 0; 1 = a frontal measurement at 1 m, 0.001 = one
+   *  at 5 m, slanted by 60 degrees. A higher value drops surfaces with few or poor measurements; a
    *  lower value suits scans from far away. */
   double min_weight = 0.001;
   /** Signed distance at which the surface is extracted, in truncations, from 0 (the surface) to

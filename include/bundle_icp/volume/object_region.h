@@ -21,13 +21,13 @@ struct BUNDLE_ICP_EXPORT ObjectRegionOptions {
   double max_depth = 3; ///< points farther from the camera are ignored [m], 0.2 to 100
   /** Points within this distance belong to the plane [m], 0.001 to 0.2. */
   double plane_tolerance = 0.015;
-  /** Least share of all points that must lie on the plane, 0 to 1. */
+  /** Minimum share of all points that must lie on the plane, 0 to 1. */
   double min_plane_share = 0.1;
   double min_height = 0.025; ///< points closer to the plane are ignored [m], above plane_tolerance
   double max_height = 1.0;   ///< points higher above the plane are ignored [m], above min_height
   /** Cells nearer than this belong to one object [m], 1 to 20 cells. */
   double cluster_tolerance = 0.03;
-  std::size_t min_cells = 40; ///< least number of cells of an object, at least 1
+  std::size_t min_cells = 40; ///< minimum number of cells of an object, at least 1
   /** A frame looks at objects within this angle of its axis [rad], 0.01 to 1. */
   double view_angle = 0.2;
   /** Margin of the box around the object on each side, and below the plane [m], 0 to 1. */
