@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 //
-// The whole mission in a program of one's own: a recording in, poses and mesh out.
+// The whole method in your own program: a recording in, poses and mesh out.
 //
 //   bundle_icp_example_reconstruct_folder SCAN OUT
 //

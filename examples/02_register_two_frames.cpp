@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 //
-// Registers a new frame against the virtual depth of three registered ones. It leaves
-// out where frames, poses and correspondences come from: here, a simulated scan.
+// Registers a new frame against the virtual depth of three registered frames. Frames,
+// poses and correspondences come from a simulated scan here.
 #include <bundle_icp/registration/bundle_icp.h>
 #include <bundle_icp/simulation/synthetic_scan.h>
 #include <bundle_icp/virtual_depth/virtual_depth.h>
@@ -23,7 +23,7 @@ main()
   for (std::size_t i = 0; i < views.size(); ++i)
     registered.push_back({&views[i], scan.worldFromCamera(i)});
 
-  // The new frame, and a guess of its pose: that of the last one.
+  // The new frame, and a guess of its pose: the pose of the last frame.
   using Point = pcl::PointXYZRGBNormal;
   const bundle_icp::Pose guess = scan.worldFromCamera(2);
   const auto render = [&](const bundle_icp::Pose& world_from_virtual) {

@@ -18,7 +18,7 @@
 
 namespace {
 
-// The true pose closest in time, null when none lies within 20 ms.
+// The true pose closest in time, null when no pose lies within 20 ms.
 const bundle_icp::TimedPose*
 findPose(const bundle_icp::Trajectory& trajectory, double timestamp)
 {

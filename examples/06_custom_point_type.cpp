@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 //
-// BundleICP with a point type of one's own: PCL_NO_PRECOMPILE before any header of PCL,
-// the type registered with PCL, and nothing else. Without a camera it is an ICP with a
-// kd-tree.
+// BundleICP with your own point type: define PCL_NO_PRECOMPILE before any header of PCL and
+// register the type with PCL. Without a camera BundleICP is an ICP with a kd-tree.
 #define PCL_NO_PRECOMPILE
 #include <bundle_icp/registration/bundle_icp.h>
 
@@ -21,7 +20,7 @@ POINT_CLOUD_REGISTER_POINT_STRUCT(StampedPoint,
 int
 main()
 {
-  // The corner of a room, and the same seen from 3 cm to the side.
+  // The corner of a room, and the same corner seen from 3 cm to the side.
   pcl::PointCloud<StampedPoint>::Ptr target(new pcl::PointCloud<StampedPoint>);
   pcl::PointCloud<StampedPoint>::Ptr source(new pcl::PointCloud<StampedPoint>);
   std::mt19937 random(0);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 //
-// Registers two organized clouds of a point type of one's own, through the interface
+// Registers two organized clouds of your own point type, through the interface
 // that all registrations of PCL share.
-// Before any header of PCL: the type below is not one of PCL's.
+// Must come before any header of PCL: the type below is not one of PCL's.
 #define PCL_NO_PRECOMPILE
 #include <bundle_icp/registration/bundle_icp.h>
 
@@ -65,7 +65,7 @@ main()
   BundleICP::Ptr bundle_icp(new BundleICP);
   bundle_icp->setCameraIntrinsics(camera); // points are associated by projection
 
-  // From here on it is a registration like any other of PCL.
+  // From here on BundleICP is used like any other registration of PCL.
   pcl::Registration<LabelledPoint, LabelledPoint>::Ptr reg = bundle_icp;
   reg->setInputSource(look(camera, truth));
   reg->setInputTarget(look(camera, Eigen::Isometry3d::Identity()));

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 //
-// What is known of a camera beforehand, and whether the rest is estimated.
+// Options for a camera's known calibration and for self-calibration.
 #pragma once
 
 #include "program.h"
@@ -20,7 +20,7 @@ namespace bundle_icp {
 
 struct CalibrationArguments {
   bool is_off = false;
-  std::string file;                   ///< of an earlier scan
+  std::string file;                   ///< calibration of an earlier scan
   std::optional<double> depth_factor; ///< true length over measured length
 };
 
@@ -50,25 +50,23 @@ describeCalibration(CalibrationArguments& arguments)
   po::options_description options("Calibration");
   auto add = options.add_options();
   add("calibration", po::value(&arguments.file)->value_name("FILE"),
-      "OUT/calibration.json of an earlier scan with this camera: its corrections are "
-      "taken as they are, and only the depth error of each image is estimated; "
-      "default: "
-      "corrections that the scan supports are estimated");
+      "OUT/calibration.json of an earlier scan with this camera: its corrections are applied "
+      "unchanged, and only the depth error of each image is estimated; default: corrections that "
+      "the scan supports are estimated");
   add("known-distance",
       po::value<std::string>()
           ->value_name("MEASURED,TRUE")
           ->notifier([&arguments](const std::string& text) {
             arguments.depth_factor = parseKnownDistance(text);
           }),
-      "a length in a reconstruction made with the same calibration, and what it truly "
-      "is [m]: all depth is scaled by TRUE / MEASURED, which no scan can tell; "
-      "default: "
-      "depth as recorded");
+      "a length in a reconstruction made with the same calibration, and its true value [m]: all "
+      "depth is scaled by TRUE / MEASURED, a factor that no scan can show; default: depth as "
+      "recorded");
   add("no-calibration", po::bool_switch(&arguments.is_off), "estimate no corrections");
   return options;
 }
 
-/** Opens a scan with what is known of its camera, and hands that on. */
+/** Opens a scan with the known calibration of its camera, which `mapper` gets, too. */
 inline RGBDDataset::Ptr
 openCalibrated(const std::string& scan, DatasetOptions options,
                const CalibrationArguments& arguments, MapperOptions& mapper)
@@ -82,7 +80,7 @@ openCalibrated(const std::string& scan, DatasetOptions options,
   if (arguments.is_off) {
     mapper.refinement.calibration_test.camera = mapper.refinement.calibration_test.depth_errors =
         false;
-    // A known rolling shutter needs the motions that come with it.
+    // A known rolling shutter needs the motions that self-calibration estimates.
     mapper.refinement.self_calibration = !arguments.file.empty();
   }
   if (arguments.depth_factor)

@@ -39,7 +39,7 @@ struct Arguments {
 
 struct Truth {
   Trajectory trajectory;
-  std::vector<double> frames; // stamps of all frames; empty when not known
+  std::vector<double> frames; // stamps of all frames; empty = unknown
 };
 
 struct Evaluation {
@@ -58,10 +58,8 @@ describeOptions(Arguments& arguments)
   add("help,h", "print this text");
   add("json", po::bool_switch(&arguments.json), "print JSON instead of a table");
   add("frames", po::value(&arguments.frames)->value_name("LIST"),
-      "file whose first column holds the time stamps of all frames [s], for the share "
-      "of "
-      "frames with a pose; default: those of the recording when GROUNDTRUTH is a "
-      "folder");
+      "file whose first column holds the time stamps of all frames [s], for the share of frames "
+      "with a pose; default: those of the recording when GROUNDTRUTH is a folder");
   add("max-difference",
       po::value(&arguments.max_difference)->value_name("S")->default_value(0.02, "0.02"),
       "largest time between a pose and its true pose [s]");
@@ -92,7 +90,7 @@ check(Arguments& arguments)
     throw UsageError(error);
 }
 
-// Nothing when help was asked for, and given.
+// Unset when the user asked for help, which is then printed.
 std::optional<Arguments>
 parse(int argc, char** argv)
 {
@@ -109,11 +107,11 @@ parse(int argc, char** argv)
   po::notify(values);
   if (values.count("help")) {
     std::cout << "Usage: bundle_icp_evaluate GROUNDTRUTH TRAJECTORY [options]\n\n"
-                 "ATE after rigid alignment without scale, and RPE, as the TUM RGB-D "
-                 "benchmark defines them.\nGROUNDTRUTH: trajectory in TUM format, or the "
-                 "folder of a recording that holds poses.\nTRAJECTORY: estimated poses in "
-                 "TUM "
-                 "format (timestamp tx ty tz qx qy qz qw).\n\n"
+                 "ATE after rigid alignment without scale, and RPE, as defined by the TUM RGB-D "
+                 "benchmark.\n"
+                 "GROUNDTRUTH: trajectory in TUM format, or the folder of a recording with "
+                 "poses.\n"
+                 "TRAJECTORY: estimated poses in TUM format (timestamp tx ty tz qx qy qz qw).\n\n"
               << visible;
     return std::nullopt;
   }
@@ -121,8 +119,7 @@ parse(int argc, char** argv)
   return arguments;
 }
 
-// What is wrong with the first of the files that hold one pose each; empty without such
-// files.
+// Fault of the first bad file of the files with one pose each; empty without such a file.
 std::string
 firstBadPose(const std::vector<SkippedFile>& skipped)
 {
@@ -135,7 +132,7 @@ firstBadPose(const std::vector<SkippedFile>& skipped)
 Truth
 readTruthFolder(const std::string& folder)
 {
-  // Poses need no calibration: any possible one lets a recording without it be opened.
+  // Poses need no calibration: with any intrinsics, a recording without intrinsics opens.
   DatasetOptions options;
   options.intrinsics.emplace();
   options.intrinsics->fx = options.intrinsics->fy = 500;
@@ -144,7 +141,7 @@ readTruthFolder(const std::string& folder)
   truth.trajectory = dataset->groundTruth();
   const fs::path file = fs::path(folder) / "groundtruth.txt";
   if (truth.trajectory.empty() && fs::exists(file))
-    truth.trajectory = readTrajectory(file.string()); // says what is wrong with it
+    truth.trajectory = readTrajectory(file.string()); // throws the reason
   if (truth.trajectory.empty())
     throw pcl::IOException(folder + ": the recording holds no poses" +
                            firstBadPose(dataset->skipped()));

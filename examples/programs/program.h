@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 //
-// What the programs share: exit codes, one-line errors, progress on the error stream.
+// Shared by the programs: exit codes, one-line errors, progress on the error stream.
 #pragma once
 
 #include <bundle_icp/common/progress.h>
@@ -24,8 +24,8 @@ class UsageError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/** Images come and go by the thousand: asking the system for their memory anew each time takes
- * a fifth of the time that features take. */
+/** Keeps freed memory in the process. Thousands of images come and go: fresh memory from the system
+ *  for each image would take a fifth of the time of feature extraction. */
 inline void
 keepFreedMemory()
 {
@@ -35,8 +35,8 @@ keepFreedMemory()
 #endif
 }
 
-/** Runs a program's body, which gives its exit code, and turns exceptions into one line
- * on the error stream: exit code 2 for wrong usage, 1 for everything else. */
+/** Runs a program's body, which returns the exit code. An exception becomes one line on the error
+ *  stream and exit code 2 for wrong usage, 1 for everything else. */
 template <typename Body>
 int
 runProgram(const char* name, Body&& body)
@@ -67,9 +67,8 @@ runProgram(const char* name, Body&& body)
   }
 }
 
-/** Shows progress on the error stream: a bar on a terminal, otherwise a plain line
- * whenever another tenth of a stage is done. Convertible to a ProgressCallback, by
- * std::ref. */
+/** Shows progress on the error stream: a bar on a terminal, otherwise a plain line for each tenth
+ *  of a stage. std::ref makes it a ProgressCallback. */
 class ProgressPrinter {
 public:
   explicit ProgressPrinter(bool is_quiet = false) : is_quiet_(is_quiet) {}

@@ -34,7 +34,7 @@ struct Arguments {
   bool is_quiet = false;
 };
 
-/** Numbers separated by commas; empty when the text is anything else. */
+/** Numbers separated by commas; empty when the text has another form. */
 std::vector<double>
 parseNumbers(const std::string& text)
 {
@@ -75,7 +75,7 @@ parseRegion(const std::string& text)
   return box;
 }
 
-/** The surface, and the mesh that is made of it. */
+/** Options of the surface and of its mesh. */
 void
 describeSurface(ReconstructionOptions& options, po::options_description& run)
 {
@@ -87,43 +87,38 @@ describeSurface(ReconstructionOptions& options, po::options_description& run)
       "truncation of the signed distance [m]; default: 8 voxels, at least 0.012, at most 100 "
       "voxels");
   add("roi", po::value<std::string>()->value_name("BOX"),
-      "to what the surface is limited [m], in the camera frame of the earliest frame with a pose: "
+      "box that limits the surface [m], in the camera frame of the earliest frame with a pose: "
       "x0,y0,z0,x1,y1,z1 (corners), or cx,cy,cz,sx,sy,sz,qx,qy,qz,qw (centre, lengths of the "
-      "edges, "
-      "orientation of a turned box), or object: what stands on the dominant plane and most frames "
-      "look "
-      "at, with 2 cm around it; default: everything");
+      "edges, orientation of a turned box), or object: the object on the dominant plane that "
+      "most frames look at, with 2 cm around it; default: everything");
   add("min-depth", po::value(&options.volume.min_depth)->value_name("M")->default_value(0.1, "0.1"),
-      "nearer depth takes no part in the surface [m]");
+      "nearer depth is left out of the surface [m]");
   add("max-depth", po::value(&options.volume.max_depth)->value_name("M")->default_value(5.0, "5"),
-      "farther depth takes no part in the surface [m]");
-  add("no-mesh", "poses and sparse model only");
+      "farther depth is left out of the surface [m]");
+  add("no-mesh", "write poses and sparse model only");
   add("mesh-format", po::value<std::string>()->value_name("LIST")->default_value("ply"),
-      "files of the mesh, of ply,obj,stl");
+      "formats of the mesh files, from ply,obj,stl");
   add("smooth",
       po::value(&options.mesh.smoothing.iterations)
           ->value_name("N")
           ->default_value(options.mesh.smoothing.iterations),
-      "times that noise is taken off the mesh: vertices move towards the surface of their "
-      "neighbours, "
-      "steps that the measurements tell from noise stay; 0 = not");
+      "number of passes that remove noise from the mesh: each moves vertices towards the surface "
+      "of their neighbours and keeps steps larger than the noise; 0 = none");
   add("min-component",
       po::value(&options.mesh.cleaning.min_component_area)
           ->value_name("M2")
           ->default_value(0.002, "0.002"),
-      "separate pieces of the mesh of less area are removed [m^2]; 0 = none");
+      "separate pieces of the mesh with less area are removed [m^2]; 0 = none");
   add("fill-holes",
       po::value(&options.mesh.cleaning.max_hole_perimeter)->value_name("M")->default_value(0),
-      "holes whose boundary is at most this long [m] and of at most 1000 edges are closed; 0 = "
-      "none");
+      "holes of at most 1000 edges whose boundary is at most this long [m] are closed; 0 = none");
   add("decimate",
       po::value(&options.mesh.decimation.max_triangles)->value_name("N")->default_value(0),
-      "edges are collapsed until the mesh has this many triangles; 0 = not");
+      "edges are collapsed until the mesh has this many triangles; 0 = no limit");
   add("decimate-error",
       po::value(&options.mesh.decimation.max_error)->value_name("M")->default_value(0),
-      "edges are collapsed as long as no vertex of the mesh before is farther than this from the "
-      "one "
-      "after [m]; 0 = no limit");
+      "edges are collapsed as long as every vertex of the old mesh stays this close to the new "
+      "mesh [m]; 0 = no limit");
 }
 
 po::options_description
@@ -137,29 +132,27 @@ describe(Arguments& arguments)
   auto add_compared = run.add_options();
   add_compared("method",
                po::value(&arguments.method)->value_name("NAME")->default_value("bundle_icp"),
-               "how poses are estimated: bundle_icp, or one that it is compared with: rgbd_sfm "
-               "(structure from "
-               "motion with measured depth, no ICP), visual_icp (frame-to-model tracking started "
-               "from matched "
-               "features), f2m_icp (depth alone, as KinectFusion)");
+               "how poses are estimated: bundle_icp, or a method to compare it with: rgbd_sfm "
+               "(structure from motion with measured depth, no ICP), visual_icp (frame-to-model "
+               "tracking that starts from matched features), f2m_icp (depth alone, as "
+               "KinectFusion)");
   add_compared("max-features",
                po::value(&options.features.max_features)
                    ->value_name("N")
                    ->default_value(options.features.max_features),
                "SIFT features per frame");
   add_compared("solver", po::value(&arguments.solver)->value_name("NAME")->default_value("auto"),
-               "what solves bundle adjustments: ceres (Ceres Solver, one thread), schur (the "
-               "library's own), or "
-               "auto, which takes the faster one");
+               "solver of bundle adjustments: ceres (Ceres Solver, one thread), schur (the "
+               "library's own), or auto (the faster one)");
   add_compared("matching",
                po::value(&arguments.matching)->value_name("NAME")->default_value("exact"),
                "how features are compared: exact, or kdtree, which misses some matches and is "
-               "slower up to at "
-               "least 20,000 features per frame; the result repeats itself with either");
+               "slower with up to at least 20,000 features per frame; both give the same result "
+               "in every run");
   add_compared("threads", po::value(&options.num_threads)->value_name("N")->default_value(0),
                "0 = all");
   add_compared("device", po::value(&arguments.device)->value_name("NAME")->default_value("auto"),
-               "where to compute: cpu, or auto, which is the same for now");
+               "device that computes: cpu, or auto, which is the same for now");
   add_compared("quiet,q", po::bool_switch(&arguments.is_quiet), "no progress");
   add_compared("help,h", "print this text");
   return po::options_description()
@@ -173,13 +166,10 @@ printHelp(const po::options_description& visible)
 {
   std::cout
       << "Usage: bundle_icp_reconstruct SCAN -o OUT [options]\n\n"
-         "Turns a recording of a hand-held RGB-D camera into OUT/trajectory.txt (camera poses, "
-         "TUM\n"
-         "format, metres), OUT/sparse.ply (points), OUT/mesh.ply (coloured surface), "
-         "OUT/report.json\n"
-         "(what became of each frame), OUT/calibration.json (corrections to the camera) and the "
-         "pictures\n"
-         "OUT/mesh.png and OUT/trajectory.png.\n"
+         "Turns a recording of a hand-held RGB-D camera into OUT/trajectory.txt (camera poses,\n"
+         "TUM format, metres), OUT/sparse.ply (points), OUT/mesh.ply (coloured surface),\n"
+         "OUT/report.json (outcome of each frame), OUT/calibration.json (corrections to the\n"
+         "camera) and the pictures OUT/mesh.png and OUT/trajectory.png.\n"
          "SCAN is a folder in the layout of TUM RGB-D, 7-Scenes or 3DMatch, or Open3D. The world\n"
          "frame is the camera frame of the earliest registered frame: x right, y down, z forward.\n"
       << visible;
@@ -214,7 +204,7 @@ applyValues(const po::variables_map& values, Arguments& arguments)
   arguments.reconstruction.graph.matching.backend = *matching;
   arguments.reconstruction.tracking.matching.backend = *matching;
   if (!arguments.calibration.file.empty() && *method != ReconstructionMethod::BUNDLE_ICP)
-    throw UsageError("--calibration: only the method bundle_icp applies it");
+    throw UsageError("--calibration: only the method bundle_icp applies a calibration");
   const std::map<std::string, AdjustmentSolver> solvers{{"auto", AdjustmentSolver::AUTO},
                                                         {"ceres", AdjustmentSolver::CERES},
                                                         {"schur", AdjustmentSolver::SCHUR}};
@@ -229,7 +219,7 @@ applyValues(const po::variables_map& values, Arguments& arguments)
     throw UsageError(error);
 }
 
-/** \return nothing when help was asked for. */
+/** \return nothing when the user asked for help. */
 std::optional<Arguments>
 parse(int argc, char** argv)
 {
@@ -288,7 +278,7 @@ printCorrections(const ReconstructionResult& result)
     std::cerr << "calibration: depth error of each image\n";
 }
 
-/** What was made of the mesh beyond what was measured. */
+/** Prints how cleaning and decimation changed the mesh. */
 void
 printMeshReport(const ReconstructionResult& result)
 {
@@ -307,7 +297,7 @@ printMeshReport(const ReconstructionResult& result)
               << " mm\n";
 }
 
-/** Where the object was found, as --roi takes it. */
+/** Prints the box of the object in the form of --roi. */
 void
 printObject(const ReconstructionResult& result)
 {

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 //
-// What the programs that reconstruct scans share: options of the recording, the output
-// folder.
+// Shared by the programs that reconstruct scans: options of the recording, output folder.
 #pragma once
 
 #include "program.h"
@@ -27,26 +26,25 @@ describeRecording(DatasetOptions& dataset)
   po::options_description options("Recording");
   auto add = options.add_options();
   add("intrinsics", po::value<std::string>()->value_name("FX,FY,CX,CY[,K1,K2,P1,P2,K3]"),
-      "of the recorded images [px], instead of those of the format");
+      "intrinsics of the recorded images [px], instead of those of the format");
   add("depth-scale", po::value<double>()->value_name("UNITS"),
-      "units of the depth images per metre; default: that of the format (TUM 5000, "
-      "7-Scenes "
-      "and Open3D 1000)");
+      "units of the depth images per metre; default: that of the format (TUM 5000, 7-Scenes and "
+      "Open3D 1000)");
   add("stride", po::value(&dataset.stride)->value_name("N")->default_value(1),
       "take every N-th frame");
   add("max-frames", po::value(&dataset.max_frames)->value_name("N")->default_value(0),
       "take at most N frames, 0 = all");
   add("sensor", po::value<std::string>()->value_name("NAME|FILE")->default_value("kinect"),
-      "what took the depth, for its noise: kinect (structured light), d400 (active stereo), tof, "
-      "lidar "
-      "or a JSON file {\"constant\": C, \"quadratic\": Q, \"offset\": O}: standard deviation "
+      "depth sensor, which sets the noise: kinect (structured light), d400 (active stereo), tof, "
+      "lidar or a JSON file {\"constant\": C, \"quadratic\": Q, \"offset\": O}: standard deviation "
       "C + Q (z - O)^2 of a depth z [m]");
   add("shuffle", po::value<std::uint64_t>()->value_name("SEED"),
-      "take the frames in random order: the result is the same, but for methods that track");
+      "take the frames in random order; the methods bundle_icp and rgbd_sfm give the same result "
+      "in any order");
   return options;
 }
 
-/** Boost takes "-1" for an unsigned number and makes it a huge one. */
+/** Boost reads "-1" for an unsigned number as a huge number. */
 inline void
 refuseNegativeNumbers(const boost::program_options::parsed_options& parsed)
 {
@@ -57,7 +55,7 @@ refuseNegativeNumbers(const boost::program_options::parsed_options& parsed)
                          ": must not be negative");
 }
 
-/** The options of describeRecording() that have no place to be stored in. */
+/** Applies the options that describeRecording() does not store. */
 inline void
 applyRecording(const boost::program_options::variables_map& values, DatasetOptions& dataset)
 {
@@ -79,9 +77,9 @@ applyRecording(const boost::program_options::variables_map& values, DatasetOptio
     throw UsageError(error);
 }
 
-/** Parses the `visible` options and, as those without a name, at most `max_scans` scans.
- *  \param print_help is called when help was asked for; nothing is returned then
- *  \param[out] scans a string or a vector of them */
+/** Parses the `visible` options and at most `max_scans` scans without an option name.
+ *  \param print_help is called when the user asks for help; the result is then unset
+ *  \param[out] scans a string or a vector of strings */
 template <class Scans, class PrintHelp>
 std::optional<boost::program_options::variables_map>
 parseScanArguments(int argc, char** argv,
@@ -106,7 +104,7 @@ parseScanArguments(int argc, char** argv,
   return values;
 }
 
-/** Minutes of work should not end at a folder that cannot be written. */
+/** Fails early when the folder cannot be written, before minutes of work. */
 inline void
 checkWritable(const std::string& folder)
 {

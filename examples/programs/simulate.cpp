@@ -36,7 +36,7 @@ valueOf(T& target, const char* unit)
   return po::value(&target)->value_name(unit)->default_value(target, text.str());
 }
 
-/** An option of several faults at once: absent, it leaves `target` as it is. */
+/** An option for one fault. Without the option `target` does not change. */
 template <typename T>
 po::typed_value<T>*
 faultOf(T& target, const char* unit)
@@ -53,12 +53,12 @@ describeScan(Arguments& arguments)
   add("help,h", "print this text");
   add("frames", valueOf(scan.num_frames, "N"), "number of frames");
   add("rate", valueOf(scan.frame_rate, "HZ"),
-      "frames a second of the path; a longer scan goes on through the room");
+      "frames per second on the path; a longer scan goes on through the room");
   add("size", valueOf(arguments.size, "WxH"), "size of the images [px]");
   add("focal-length", valueOf(scan.focal_length, "PX"), "true focal length [px]");
-  add("seed", valueOf(scan.seed, "N"), "of textures, path and faults");
+  add("seed", valueOf(scan.seed, "N"), "seed of textures, path and faults");
   add("start", valueOf(scan.start_time, "S"),
-      "where on the path to begin [s]: things on a table first, the walls from 67 s on");
+      "start of the scan on the path [s]: objects on a table first, the walls from 67 s on");
   add("movement", valueOf(scan.movement, "SHARE"),
       "share of the path's translation, 0 = turning on the spot");
   add("texture", valueOf(scan.texture, "SHARE"),
@@ -75,17 +75,16 @@ describeFaults(Arguments& arguments)
 {
   SyntheticScanOptions& scan = arguments.scan;
   po::options_description options(
-      "Faults of the camera; one given by itself takes precedence over --full-noise");
+      "Faults of the camera; a single fault takes precedence over --full-noise");
   auto add_noise = options.add_options();
   add_noise("full-noise", po::bool_switch(&arguments.is_noisy),
-            "those of a common structured-light camera: --noise 1 "
-            "--quantisation 0.0028 --holes 0.05 --flying-pixels "
-            "--color-noise 2 --blur 0.05 --exposure-change 0.15");
+            "the faults of a common structured-light camera: --noise 1 --quantisation 0.0028 "
+            "--holes 0.05 --flying-pixels --color-noise 2 --blur 0.05 --exposure-change 0.15");
   add_noise("noise", faultOf(scan.noise_factor, "FACTOR"),
-            "depth noise, times 0.0012 m + 0.0019 /m (z - 0.4 m)^2; range 0.4 to 5 m; "
+            "depth noise as a multiple of 0.0012 m + 0.0019 /m (z - 0.4 m)^2; range 0.4 to 5 m; "
             "default 0");
   add_noise("quantisation", faultOf(scan.quantisation, "STEP"),
-            "steps of depth, times z^2 [1/m]; default 0");
+            "steps of depth as a multiple of z^2 [1/m]; default 0");
   add_noise("holes", faultOf(scan.hole_fraction, "SHARE"),
             "share of pixels without depth, 0 to 0.95; default 0");
   add_noise("flying-pixels",
@@ -103,11 +102,10 @@ describeFaults(Arguments& arguments)
   add_noise("focal-error", faultOf(scan.focal_error, "SHARE"),
             "relative error of the focal length in intrinsics.txt; default 0");
   add_noise("time-offset", faultOf(scan.time_offset, "S"),
-            "depth is taken this much after colour [s]; default 0");
+            "time from colour to depth [s]; default 0");
   add_noise("readout", faultOf(scan.readout, "S"),
-            "rolling shutter of colour: time from the first to the last row, the middle row "
-            "at "
-            "the stamp [s], -0.1 to 0.1; default 0");
+            "rolling shutter of colour: time from the first to the last row [s], -0.1 to 0.1; "
+            "the stamp is that of the middle row; default 0");
   add_noise("unordered", po::bool_switch(&scan.unordered),
             "frames in random order, with stamps that tell nothing");
   return options;
@@ -123,7 +121,7 @@ parseSize(const std::string& text, SyntheticScanOptions& scan)
   scan.height = std::stoi(match[2]);
 }
 
-/** \return nothing when help was asked for. */
+/** \return nothing when the user asked for help. */
 std::optional<Arguments>
 parse(int argc, char** argv)
 {
@@ -137,14 +135,13 @@ parse(int argc, char** argv)
   po::store(po::command_line_parser(argc, argv).options(all).positional(positional).run(), values);
   if (values.count("help")) {
     std::cout << "Usage: bundle_icp_simulate OUT [options]\n\n"
-                 "Writes a synthetic hand-held RGB-D scan of a room to the new or "
-                 "empty folder OUT: a recording in\n"
-                 "TUM format with exact poses (groundtruth.txt) and points of the true "
-                 "surface (surface.ply).\n"
+                 "Writes a synthetic hand-held RGB-D scan of a room to the new or empty folder\n"
+                 "OUT: a recording in TUM format with exact poses (groundtruth.txt) and points\n"
+                 "of the true surface (surface.ply).\n"
               << visible;
     return std::nullopt;
   }
-  // Before the single faults are stored, so that they count.
+  // Comes before the single faults are stored, so that they take precedence.
   if (values["full-noise"].as<bool>())
     arguments.scan = SyntheticScanOptions::fullNoise();
   po::notify(values);

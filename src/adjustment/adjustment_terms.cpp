@@ -16,7 +16,7 @@
 namespace bundle_icp {
 namespace {
 
-/** Those of the residuals of an observation: pose, point, calibration, depth error. */
+/** Parameter blocks of an observation's residuals: pose, point, calibration, depth error. */
 std::array<const double*, 4>
 parameterBlocks(const AdjustedObservation& o, const AdjustmentState& state)
 {

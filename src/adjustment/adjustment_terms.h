@@ -60,14 +60,14 @@ public:
   double
   cost(const AdjustmentState& state, int num_threads) const;
 
-  /** Without what does not move. */
+  /** Residuals and derivatives of an observation; 0 for derivatives by what does not move. */
   ObservationRows
   linearise(const AdjustedObservation& observation, const AdjustmentState& state) const;
 
   std::size_t
   numResiduals() const;
 
-  /** Tasks for threads: sums over a chunk of points do not depend on how many there are. */
+  /** Number of chunks of points. Chunks do not depend on the number of threads. */
   std::size_t
   numChunks() const
   {
@@ -81,7 +81,7 @@ public:
     return {chunk * CHUNK, std::min(points.size(), (chunk + 1) * CHUNK)};
   }
 
-  /** Prior standard deviations of the number of a DepthError, all the same. */
+  /** Prior standard deviation of each number of a DepthError. */
   double
   depthErrorDeviation() const
   {

@@ -55,8 +55,8 @@ minimumDegree(const BlockStructure& matrix)
   return positions;
 }
 
-/** Blocks of the factor: those of the matrix, and what each column passes on to the next that it
- *  meets. */
+/** Blocks of the factor: the blocks of the matrix, and those that each column passes on to the next
+ *  column that it meets. */
 BlockStructure
 fillIn(const BlockStructure& matrix, const std::vector<int>& positions)
 {
@@ -138,7 +138,8 @@ BlockCholesky<SIZE>::factorise(const std::vector<Block>& blocks)
   return true;
 }
 
-/** Takes from a column what those before it explain, and divides by the root of its diagonal. */
+/** Subtracts from a column the part that earlier columns explain, and divides by the root of its
+ *  diagonal. */
 template <int SIZE>
 bool
 BlockCholesky<SIZE>::factoriseColumn(std::size_t column, std::vector<double*>& block_of)

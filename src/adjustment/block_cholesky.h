@@ -10,8 +10,8 @@
 
 namespace bundle_icp {
 
-/** Which blocks of a symmetric matrix's lower triangle there are: column c holds rows[k] for
- *  first[c] <= k < first[c + 1], ascending from the diagonal on. */
+/** Structure of a symmetric matrix's lower triangle: column c holds the blocks rows[k] for first[c]
+ *  <= k < first[c + 1], ascending from the diagonal on. */
 struct BlockStructure {
   std::vector<std::size_t> first;
   std::vector<int> rows;
@@ -19,7 +19,7 @@ struct BlockStructure {
   /** From the rows of each column. */
   explicit BlockStructure(const std::vector<std::vector<int>>& columns);
 
-  /** Index of a block that there is. */
+  /** Index of an existing block. */
   std::size_t
   find(int row, int column) const;
 
@@ -62,7 +62,7 @@ public:
   solve(const Eigen::MatrixXd& right) const;
 
 private:
-  /** Where a block of the matrix is found in L. */
+  /** Place of a block of the matrix in L. */
   struct Target {
     std::size_t block;
     bool is_transposed;

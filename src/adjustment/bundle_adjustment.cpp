@@ -28,7 +28,7 @@ zeroPrior(const Eigen::VectorXd& deviations)
           Eigen::VectorXd::Zero(deviations.size())};
 }
 
-/** The terms as Ceres takes them. Its solution moves `state` in place. */
+/** The terms in the form of Ceres. Its solution moves `state` in place. */
 class CeresProblem {
 public:
   CeresProblem(const AdjustmentTerms& terms, double loss_scale, AdjustmentState& state)

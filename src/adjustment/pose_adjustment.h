@@ -9,24 +9,24 @@
 
 namespace bundle_icp {
 
-/** A feature of an image and the point of the model that it sees. */
+/** A feature of an image and the point of the model that the feature shows. */
 struct PointObservation {
   int feature = 0;
   Eigen::Vector3d point; ///< [m], world frame
 };
 
-/** What dense registration says of the pose: the quadratic form of increment(delta) *
- *  world_from_camera around its own optimum. */
+/** Dense evidence on the pose: the quadratic form of increment(delta) * world_from_camera around
+ *  its own optimum. */
 struct DensePose {
   Pose world_from_camera = Pose::Identity();
   Matrix6d information = Matrix6d::Zero();
 };
 
-/** Of a pose without evidence, on motions about the world's origin [1 / rad^2, 1 / m^2]: keeps
- *  covariances finite where not everything is seen. */
+/** Information of a pose without evidence, on motions about the world's origin [1 / rad^2, 1 /
+ *  m^2]: keeps covariances finite where not everything is seen. */
 constexpr double PRIOR_INFORMATION = 1;
 
-/** The part of the model that one image adds: its pose, and the error that its depth shares. */
+/** The part of the model that one image adds: its pose, and the error that all its depth shares. */
 struct ImagePose {
   Pose world_from_camera = Pose::Identity();
   DepthError depth_error = DepthError::Zero();

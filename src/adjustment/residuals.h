@@ -92,7 +92,7 @@ public:
   }
 };
 
-/** What an image's residuals share. */
+/** Data that all residuals of an image share. */
 struct ImageMeasurement {
   const CameraIntrinsics& camera;
   Vector6d motion = Vector6d::Zero(); ///< see MeasurementModel
@@ -150,7 +150,7 @@ struct ObservationRows {
       Eigen::Matrix<double, 3, NUM_CALIBRATION_PARAMETERS, Eigen::RowMajor>::Zero();
 };
 
-/** What a feature that sees a point adds to an adjustment. The parameter blocks are those of
+/** Residuals that a feature of a point adds to an adjustment. The parameter blocks are those of
  *  DepthResidual. */
 struct ObservationResiduals {
   std::unique_ptr<PixelResidual> pixel;

@@ -21,8 +21,8 @@ constexpr double MIN_MEASURED = 0.02;
 /** Motion is extrapolated over at most so many intervals of time. */
 constexpr double MAX_EXTRAPOLATION = 3;
 
-/** How far ICP may leave a pose that features agree on: what matches of two noisy
- * frames are wrong by at most [m, rad]. */
+/** Largest distance of ICP's pose from the pose of matched features: the largest error of the
+ *  matches of two noisy frames [m, rad]. */
 constexpr double MAX_CORRECTION = 0.1;
 
 /** Where to start ICP. */
@@ -31,7 +31,7 @@ struct Guess {
   bool is_visual = false; ///< features agree on it
 };
 
-/** A frame that was tracked, as far as later ones need it. */
+/** Data of a tracked frame for later frames. */
 struct PastFrame {
   Pose world_from_camera = Pose::Identity();
   double timestamp = 0; ///< [s]
@@ -113,7 +113,7 @@ FrameToModelTracker::Impl::track(const RGBDFrame& frame, const Features& feature
   return result;
 }
 
-/** The first pose that can be trusted; else the one of largest overlap. */
+/** The first pose that passes; else the pose of largest overlap. */
 TrackedFrame
 FrameToModelTracker::Impl::findPose(const Cloud::Ptr& source, const Features& features,
                                     double timestamp) const

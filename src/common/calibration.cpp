@@ -15,7 +15,7 @@ namespace {
 
 using P = CalibrationParameter;
 
-/** Bounds of what can be a correction rather than another camera. */
+/** Bounds of corrections; larger values would mean another camera. */
 const CalibrationVector&
 bounds()
 {

@@ -21,8 +21,8 @@ public:
   {
   }
 
-  /** Largest difference [m] of a depth from z [m], so many pixels away on the same surface. A
-   *  missing depth that is 0 never is that near: noise counts up to half of z. */
+  /** Largest difference [m] from depth z [m] at so many pixels' distance on the same surface. A
+   *  missing depth of 0 is never that near: noise counts up to half of z. */
   template <typename Real>
   BUNDLE_ICP_INLINE Real
   tolerance(Real z, float pixels = 1) const

@@ -8,8 +8,8 @@
 
 namespace bundle_icp {
 
-/** A multiple of DepthNoise::sigma() as kernels want it: in single precision, of one depth or of a
- *  vector of them. */
+/** A multiple of DepthNoise::sigma() for kernels: single precision, for one depth or a vector of
+ *  depths. */
 struct DepthSigma {
   float constant = 0, quadratic = 0, offset = 0;
 

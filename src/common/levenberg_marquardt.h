@@ -13,7 +13,7 @@ namespace bundle_icp {
 template <class State>
 struct LeastSquaresStep {
   State state;                ///< after the step
-  double model_decrease = 0;  ///< of the cost, if residuals were linear
+  double model_decrease = 0;  ///< decrease of the cost, if residuals were linear
   double relative_length = 0; ///< of the step, over that of the unknowns
 };
 
@@ -25,7 +25,7 @@ struct LeastSquaresResult {
   double final_cost = 0;
 };
 
-/** The entry that `damping` is a multiple of: as in Ceres Solver it never vanishes, measured where
+/** The entry that `damping` multiplies. As in Ceres Solver it never vanishes, and is measured where
  *  columns are scaled to about unit length. */
 inline double
 dampedPart(double diagonal)

@@ -11,14 +11,14 @@
 
 namespace bundle_icp {
 
-/** Number of threads that options ask for: 0 means all. */
+/** Number of threads for an option, where 0 means all. */
 inline int
 resolveThreads(int num_threads)
 {
   return num_threads > 0 ? num_threads : omp_get_max_threads();
 }
 
-/** What a parallel loop reports; `progress` is called by the calling thread alone. */
+/** Progress report of a parallel loop; only the calling thread calls `progress`. */
 struct LoopProgress {
   const char* stage = "";
   ProgressCallback progress;

@@ -14,7 +14,7 @@ namespace bundle_icp {
 namespace {
 
 constexpr int REWEIGHTINGS = 10;
-/** Samples that do hit the consensus still differ in accuracy: at least so many are drawn. */
+/** Minimum number of samples: samples that hit the consensus still differ in accuracy. */
 constexpr double MIN_SAMPLES = 50;
 
 using Sample = std::array<std::size_t, 3>;

@@ -27,14 +27,14 @@
  *  the compiler; comparisons give masks of -1 and 0. Only for source files. */
 namespace bundle_icp::simd {
 
-/** What every processor has, AVX2, and AVX-512 as of Ice Lake and Zen 4. */
+/** Variants: every processor, AVX2, and AVX-512 as of Ice Lake and Zen 4. */
 enum class Variant { BASELINE, AVX2, AVX512 };
 
-/** The best that the processor runs. */
+/** The best variant that the processor runs. */
 BUNDLE_ICP_EXPORT Variant
 bestVariant();
 
-/** The variant in use: the best, or what a test has set. */
+/** The variant in use: the best one, or the choice of a test. */
 BUNDLE_ICP_EXPORT Variant
 variant();
 
@@ -42,7 +42,7 @@ variant();
 BUNDLE_ICP_EXPORT void
 setVariant(Variant variant);
 
-/** Of functions written for one instruction set each, that of the variant in use. */
+/** Selects the variant in use from functions that are each written for one instruction set. */
 template <typename Function>
 Function
 choose(Function baseline, Function avx2, Function avx512)

@@ -18,7 +18,7 @@ namespace {
 using Descriptor = pcl::Histogram<PackedDescriptors::LENGTH>;
 using Cloud = pcl::PointCloud<Descriptor>;
 
-/** Leaves that a query looks at: more find more matches, in proportionally more time. */
+/** Leaves that a query visits: more leaves find more matches, in proportionally more time. */
 constexpr int CHECKS = 64;
 constexpr std::int32_t SQUARED_NORM = 256 * 256;
 

@@ -16,8 +16,8 @@ namespace bundle_icp {
 namespace {
 
 constexpr int DESCRIPTOR_SIZE = 128;
-/** A window with a depth farther from its plane than this many sigma holds a depth edge. The plane
- *  has explained the slope, and what is tested is the largest of dozens of residuals. */
+/** A window holds a depth edge when a depth is farther from the window's plane than this many
+ *  sigma. The plane has explained the slope, and the largest of dozens of residuals is tested. */
 constexpr double EDGE_SIGMAS = 8;
 
 /** RootSIFT: the Hellinger kernel on SIFT as a Euclidean distance. */

@@ -8,8 +8,7 @@
 
 namespace bundle_icp {
 
-/** An image that could be read but cannot be what it is listed as: likely all images of
- * the recording share the fault. */
+/** A readable image of the wrong kind: likely all images of the recording have the same fault. */
 class UnsuitableImage : public pcl::IOException {
 public:
   using pcl::IOException::IOException;

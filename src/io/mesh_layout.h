@@ -15,7 +15,7 @@
 
 namespace bundle_icp {
 
-/** Where a vertex has what, in bytes; -1 = absent. */
+/** Byte offsets of a vertex's fields; -1 = absent. */
 struct VertexLayout {
   int position[3] = {-1, -1, -1}, normal[3] = {-1, -1, -1};
 
@@ -59,7 +59,7 @@ flush(Bytes& bytes, std::ostream& file)
   bytes.clear();
 }
 
-/** The same once they are worth it: files of large meshes are not held in memory. */
+/** Writes the bytes when there are enough of them: files of large meshes are not held in memory. */
 template <typename Bytes>
 void
 flushWhenLarge(Bytes& bytes, std::ostream& file)
@@ -72,12 +72,12 @@ flushWhenLarge(Bytes& bytes, std::ostream& file)
 void
 encodePLY(const pcl::PolygonMesh& mesh, std::ostream& file);
 
-/** What a PLY file holds, see readMesh().
- *  \throws std::runtime_error with the reason when `bytes` are no such file. */
+/** Mesh of a PLY file, see readMesh(). \throws std::runtime_error with the reason when `bytes` are
+ *  no such file. */
 pcl::PolygonMesh
 decodePLY(const std::string& bytes);
 
-/** OBJ: places, normals, faces. */
+/** OBJ: positions, normals, faces. */
 void
 encodeOBJ(const pcl::PolygonMesh& mesh, const VertexLayout& layout, std::ostream& file);
 

@@ -8,7 +8,7 @@
 
 namespace bundle_icp {
 
-/** One line of a text file that holds something, cut at blanks and commas. */
+/** One line of a text file that is not empty, cut at blanks and commas. */
 struct TextLine {
   std::size_t number = 0; ///< in the file, from 1
   std::vector<std::string> words;
@@ -30,7 +30,7 @@ parseNumbers(const TextLine& line, const std::string& path);
 std::string
 readBytes(const std::string& path);
 
-/** What an exception says, without the mark that PCL's exceptions put before it. */
+/** Text of an exception, without the mark that PCL's exceptions put before it. */
 std::string
 messageOf(const std::exception& error);
 

@@ -14,7 +14,7 @@ namespace {
 
 /** Rounds of adjustment and outlier removal that end a component. */
 constexpr int FINAL_ROUNDS = 2;
-/** Fewer images do not tell how smoothly the camera moves. */
+/** Minimum number of images that show how smoothly the camera moves. */
 constexpr std::size_t MIN_FOR_MOTION_PRIOR = 20;
 
 } // namespace
@@ -49,8 +49,8 @@ ComponentAdjuster::denseTerms(const SparseModel& model,
   return terms;
 }
 
-/** Motions from the poses of all images, of those that are not registered yet from their visual
- *  poses: key images alone are too far apart in time. */
+/** Motions from the poses of all images. Images that are not registered yet get their visual poses:
+ *  key images alone are too far apart in time. */
 void
 ComponentAdjuster::findMotions(SparseModel& model, int component) const
 {

@@ -11,8 +11,8 @@
 
 namespace bundle_icp {
 
-/** What is done to a component as a whole: self-calibration, global adjustment with all evidence,
- *  and the motion prior. */
+/** Adjustments of a whole component: self-calibration, global adjustment with all evidence, and the
+ *  motion prior. */
 class ComponentAdjuster {
 public:
   /** Iterations of the adjustments in between: the model will change again. */
@@ -29,24 +29,23 @@ public:
   void
   adjustInBetween(SparseModel& model, int component);
 
-  /** Self-calibration, in the first component that is large enough for it. Tells the registrar what
-   *  it found about depth errors. */
+  /** Self-calibration, in the first component that is large enough. The registrar gets the result
+   *  about depth errors. */
   void
   calibrate(SparseModel& model, int component);
 
-  /** Adjusts the key images with all evidence, outliers removed in between. */
+  /** Adjusts the key images with all evidence and removes outliers in between. */
   void
   adjustFinally(SparseModel& model, int component);
 
-  /** Moves the images of a component to their most likely poses, given how smoothly the camera
-   *  moves.
-   *  \param covariances by image, of poses that were found on their own; unset for those that
-   *  were adjusted with the others */
+  /** Moves the images of a component to their most likely poses under the motion prior. \param
+   *  covariances by image, of poses that were found one by one; unset for poses that were adjusted
+   *  together */
   void
   applyMotionPrior(SparseModel& model, int component,
                    const std::vector<std::optional<Matrix6d>>& covariances) const;
 
-  /** Which corrections were tested, and which applied. */
+  /** Corrections that were tested, and those that were applied. */
   const SelfCalibrationResult&
   selfCalibration() const
   {
@@ -69,7 +68,7 @@ private:
   SelfCalibrationResult self_calibration_;
   std::size_t num_dense_neighbours_;
   std::vector<RelativePoseTerm> dense_terms_; ///< of the last adjustment
-  int calibrated_component_ = -1;             ///< the one that the calibration was found in
+  int calibrated_component_ = -1;             ///< component of the calibration
 };
 
 /** Numbers the components anew, the largest first: they grow in the order of their best connected

@@ -10,12 +10,12 @@
 namespace bundle_icp {
 namespace {
 
-/** Hands tremble some ten times a second: at the rate of a video the nearest neighbour on
- *  either side has to do [s]. */
+/** Largest time to the nearest neighbour on either side at the rate of a video [s]: hands tremble
+ *  some ten times a second. */
 constexpr double DENSE_STEP = 0.05;
-/** Where frames are further apart, the nearest two on either side within this time [s]. */
+/** Largest time to the nearest two neighbours on either side where frames are further apart [s]. */
 constexpr double REACH = 0.8;
-/** Stamps closer than this are one and say nothing of a speed [s]. */
+/** Stamps closer than this count as one stamp, and give no speed [s]. */
 constexpr double SAME_TIME = 1e-3;
 constexpr std::size_t MAX_PER_SIDE = 2;
 constexpr int DEGREE = 3;

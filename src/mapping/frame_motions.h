@@ -10,15 +10,15 @@ namespace bundle_icp {
 std::vector<std::size_t>
 byTime(const ImageGraph& graph, std::vector<std::size_t> images);
 
-/** Pose of `image` if the camera goes on as it did from image `before` to image `last`; that of
- *  `last` where stamps do not tell how far. */
+/** Pose of `image` if the camera continues its motion from image `before` to image `last`; the pose
+ *  of `last` where stamps do not tell how far. */
 Pose
 extrapolatedPose(const ImageGraph& graph, const SparseModel& model, std::size_t before,
                  std::size_t last, std::size_t image);
 
 /** Sets SparseModel::motion() of the registered images of a component from the poses of their
- *  neighbours in time: the slope of a polynomial through the nearest one or two on either
- *  side. Images without neighbours within 0.8 s do not move, as far as is known. */
+ *  neighbours in time: the slope of a polynomial through the nearest one or two on either side.
+ *  Images without neighbours within 0.8 s get no motion. */
 void
 estimateMotions(const ImageGraph& graph, int component, SparseModel& model);
 

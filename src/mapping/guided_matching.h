@@ -8,9 +8,9 @@
 
 namespace bundle_icp {
 
-/** Matches registered images that share no edge: around where the poses predict a feature of
- *  one, those of the other are searched in a kd-tree, and what looks alike joins its track. Images
- *  whose descriptors were released take no part. The result does not depend on threads. */
+/** Matches registered images that share no edge. The poses predict where a feature of one image
+ *  appears in the other; a kd-tree finds the features around this place, and similar features join
+ *  the track. Images without descriptors take no part. The result does not depend on threads. */
 void
 matchByPrediction(const ImageGraph& graph, const std::vector<std::size_t>& images,
                   const TrackOptions& options, int num_threads, SparseModel& model);

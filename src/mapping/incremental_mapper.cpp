@@ -265,8 +265,8 @@ IncrementalMapper::Impl::addToModel(SparseModel& model, std::size_t image,
   updateVisibility(model, image, component);
 }
 
-/** Adjusts the frames around those that were just added, and all frames each time that the model
- *  has grown by MappingSchedule::adjustment_growth. */
+/** Adjusts the frames around the new frames, and all frames each time that the model has grown by
+ *  MappingSchedule::adjustment_growth. */
 void
 IncrementalMapper::Impl::adjust(SparseModel& model, const std::vector<std::size_t>& added,
                                 int component, double& next_adjustment)
@@ -288,7 +288,7 @@ IncrementalMapper::Impl::adjust(SparseModel& model, const std::vector<std::size_
   next_adjustment = size * options_.schedule.adjustment_growth;
 }
 
-/** The loop of section 2.2: adds frames until none is left that can be added. */
+/** The loop of section 2.2: adds frames until no frame can be added. */
 bool
 IncrementalMapper::Impl::grow(SparseModel& model, int component, bool keys_only)
 {

@@ -24,7 +24,7 @@ namespace {
 constexpr std::uint32_t NONE = UINT32_MAX;
 /** Cosine of the largest angle by which a collapse may turn a triangle. */
 constexpr double MIN_TURN_COSINE = 0.2;
-/** Height over longest edge that a collapse may leave a triangle with. */
+/** Minimum height over longest edge of a triangle after a collapse. */
 constexpr double NARROW = 0.01;
 
 Eigen::Vector3d
@@ -75,7 +75,8 @@ public:
     }
   }
 
-  /** Puts what is left into the mesh. \return the squared error of each original vertex. */
+  /** Writes the remaining triangles into the mesh. \return the squared error of each original
+   *  vertex. */
   std::vector<double>
   finish()
   {
@@ -93,7 +94,7 @@ private:
   using Vertices = std::vector<std::uint32_t>;
   using Triangles = std::vector<std::uint32_t>;
 
-  /** An edge at the time when it was judged; outdated when one of its ends has changed. */
+  /** An edge at the time of its evaluation; outdated when one of its ends has changed. */
   struct Candidate {
     double cost;
     std::uint32_t a, b; ///< a < b
@@ -106,7 +107,7 @@ private:
     }
   };
 
-  /** What a collapse would do, found out before it is done. */
+  /** Result of a collapse, computed before the collapse. */
   struct Plan {
     std::uint32_t keep, drop;
     Eigen::Vector3d position;
@@ -183,7 +184,7 @@ private:
            });
   }
 
-  /** No triangle turns over, nor becomes narrower than it may be or was. */
+  /** True when no triangle turns over or becomes narrower than the bound or its old shape. */
   bool
   keepsShape() const
   {

@@ -16,7 +16,7 @@ constexpr double IMPOSSIBLE = std::numeric_limits<double>::infinity();
 
 using Loop = std::vector<std::uint32_t>; ///< half-edges, or vertices
 
-/** Cuts a boundary that comes by a vertex more than once, as where holes meet in one, into loops
+/** Cuts a boundary that visits a vertex more than once, as where holes meet in a vertex, into loops
  *  that do not. */
 void
 addSimpleLoops(const HalfEdges& edges, const Loop& boundary, std::vector<Loop>& loops)

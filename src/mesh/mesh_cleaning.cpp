@@ -51,7 +51,7 @@ hasArea(const SurfaceMesh& mesh, const Triangle& triangle)
   return a.allFinite() && b.allFinite() && c.allFinite() && !isNarrow(a, b, c, LINE);
 }
 
-/** Triangles without area, and all but the first of those with the same corners. */
+/** Removes triangles without area and duplicates of earlier triangles. */
 std::size_t
 removeDegenerateTriangles(SurfaceMesh& mesh)
 {

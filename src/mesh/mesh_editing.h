@@ -15,8 +15,8 @@ namespace bundle_icp {
 
 using Triangle = std::array<std::uint32_t, 3>;
 
-/** Refuses a mesh whose lists do not belong together; `caller` begins the message.
- *  \throws pcl::BadArgumentException */
+/** Refuses a mesh with inconsistent lists; the message begins with `caller`. \throws
+ *  pcl::BadArgumentException */
 void
 checkLists(const SurfaceMesh& mesh, const char* caller);
 
@@ -49,8 +49,8 @@ editSurface(pcl::PolygonMesh& mesh, const Edit& edit)
   return result;
 }
 
-/** cleanMesh() for what marching cubes give, which has no duplicate vertex, no triangle without
- *  area, at most two triangles at an edge, and is oriented. */
+/** cleanMesh() for a mesh of marching cubes: no duplicate vertex, no triangle without area, at most
+ *  two triangles at an edge, all oriented. */
 MeshCleaningResult
 cleanExtracted(SurfaceMesh& mesh, const MeshCleaningOptions& options);
 

@@ -14,10 +14,10 @@ namespace {
 
 /** Neighbours whose normals differ by more than 60 degrees are beyond an edge (cosine). */
 constexpr float SAME_SIDE = 0.5F;
-/** A neighbour that is off by more standard deviations of the difference lies beyond a step. */
+/** Standard deviations of the difference beyond which a neighbour lies beyond a step. */
 constexpr float SURFACE_SIGMAS = 3;
 
-/** What smoothing reads of a vertex, side by side: neighbours are all over the mesh. */
+/** Data that smoothing reads of a vertex, side by side: neighbours are all over the mesh. */
 struct Vertex {
   Eigen::Vector3f position;
   float precision; ///< 1 / variance [1/m^2]

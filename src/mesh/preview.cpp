@@ -106,7 +106,7 @@ project(const SurfaceMesh& mesh, const Eigen::Isometry3f& view_from_world)
   return corners;
 }
 
-/** Fills those pixels of a triangle that nothing nearer covers. */
+/** Fills the pixels of a triangle that nothing nearer covers. */
 void
 drawTriangle(const Corner& a, const Corner& b, const Corner& c, cv::Mat& image,
              cv::Mat& inverse_depth)

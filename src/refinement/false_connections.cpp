@@ -173,8 +173,8 @@ Connections::agreeingMatches(const std::vector<Link*>& links, const Pose& second
   return agreeing;
 }
 
-/** Number of points of the scene that the matches show, however many images show them: by tracks,
- *  in the images of that side which has fewer. */
+/** Number of scene points that the matches show, however many images show them: by tracks, in the
+ *  images of the side with fewer images. */
 std::size_t
 Connections::numPoints(const std::vector<Link*>& links, const std::vector<Matches>& matches,
                        const std::vector<char>& is_second) const
@@ -193,8 +193,8 @@ Connections::numPoints(const std::vector<Link*>& links, const std::vector<Matche
   return std::min(points[0].size(), points[1].size());
 }
 
-/** Moves the smaller part that an edge of the tree connects to the other, if they share more points
- *  then. */
+/** Moves the smaller part that an edge of the tree connects, if both parts then share more
+ *  points. */
 bool
 Connections::moveAcross(const Link& link)
 {

@@ -8,17 +8,15 @@ namespace bundle_icp {
 
 /** Corrects false connections between the key images of a component.
  *
- *  Things that occur twice in a scene join two places by matches that no test of a pair can tell
- *  from true ones, and images that were registered by way of them carry on from a wrong place.
- *  Where they meet images that see the same, many matches contradict the poses and the few false
- *  ones alone agree with them. The maximum spanning tree of the images, by number of matches, shows
- *  this: where one of its edges is contradicted, the images were joined by weaker edges than they
- *  might be. The smaller of the parts that such an edge connects moves to where the edge puts it if
- *  the parts share more points then. Points count, not matches: one thing, seen in many images, is
- *  weak evidence.
+ *  Objects that occur twice in a scene join two places by matches that no test of a pair can tell
+ *  from true matches. Images registered through such matches continue from a wrong place. Where
+ *  they meet other images of the same place, many matches contradict the poses and only the few
+ *  false matches agree. The maximum spanning tree of the images, by number of matches, shows this:
+ *  where an edge of the tree is contradicted, weaker edges have joined the images. The smaller of
+ *  the two parts that such an edge connects moves to where the edge puts it, if the parts then
+ *  share more points. Points count, not matches: one object, seen in many images, is weak evidence.
  *
- *  When images were moved, the tracks of the component are built anew.
- *  \return number of images that were moved. */
+ *  After a move the tracks of the component are built again. \return number of moved images. */
 std::size_t
 correctFalseConnections(const ImageGraph& graph, int component, const TrackOptions& options,
                         int num_threads, SparseModel& model);

@@ -39,7 +39,7 @@ candidates(const SelfCalibrationOptions& options)
   return tests;
 }
 
-/** Grows a set from the image with most observations by the one that shares most points with it. */
+/** Grows a set from the image with most observations by images that share most points with it. */
 std::vector<std::size_t>
 wellConnected(const SparseModel& model, const std::vector<std::size_t>& images, std::size_t count)
 {
@@ -74,7 +74,7 @@ wellConnected(const SparseModel& model, const std::vector<std::size_t>& images, 
   return chosen;
 }
 
-/** A correction tried on top of those applied so far. */
+/** A correction, tested on top of the corrections applied so far. */
 struct Trial {
   SparseModel model;
   double gain = 0;

@@ -14,8 +14,7 @@ namespace {
 using StateVector = Eigen::Matrix<double, 12, 1>;
 using StateMatrix = Eigen::Matrix<double, 12, 12>;
 
-/** Variance of a hand's velocity before anything is known of it [rad^2/s^2, m^2/s^2].
- */
+/** Prior variance of a hand's velocity [rad^2/s^2, m^2/s^2]. */
 constexpr double VELOCITY_VARIANCE = 1;
 /** Rounds of weighting, each with the residuals of the one before. */
 constexpr int ROUNDS = 3;
@@ -30,8 +29,8 @@ struct Searched {
 constexpr Searched SEARCHED[] = {{&MotionPrior::rotation, 1e-4, 1e4},
                                  {&MotionPrior::translation, 1e-4, 1e4},
                                  {&MotionPrior::noise, 1, 100}};
-/** Standard deviation of the logarithm of MotionPrior::noise beforehand: a factor of
- * two. Without it, motion that cannot be foretold passes for noise. */
+/** Prior standard deviation of the logarithm of MotionPrior::noise: a factor of two. Without it,
+ *  motion that cannot be predicted would pass for noise. */
 constexpr double NOISE_DEVIATION = 0.7;
 /** Each is found to this factor, in turns. */
 constexpr double PRECISION = 1.3;

@@ -8,7 +8,7 @@
 
 namespace bundle_icp {
 
-/** A pose found on its own, at a time. */
+/** The pose of one image, found without the others, at a time. */
 struct PoseMeasurement {
   double time = 0; ///< [s], ascending
   Pose world_from_camera = Pose::Identity();
@@ -17,25 +17,22 @@ struct PoseMeasurement {
   Matrix6d covariance = Matrix6d::Identity();
 };
 
-/** How a hand moves the camera: white noise of acceleration, as spectral densities. */
+/** Motion of a hand-held camera: white noise of acceleration, as spectral densities. */
 struct MotionPrior {
   double rotation = 1;    ///< [rad^2/s^3]
   double translation = 1; ///< [m^2/s^3]
-  /** Factor on the measurements' covariances, which know nothing of errors that
-   * features share. */
+  /** Factor on the measurements' covariances, which ignore errors that features share. */
   double noise = 1;
 };
 
-/** The prior under which the measurements are most likely. Where frames are so far
- * apart in time that motion cannot be foretold it is so weak that little follows from
- * it. */
+/** The prior under which the measurements are most likely. Where frames are too far apart in time
+ *  to predict motion, the prior is so weak that it hardly has an effect. */
 MotionPrior
 estimateMotionPrior(const std::vector<PoseMeasurement>& measurements);
 
-/** The most likely poses, given the measurements and the prior: a Kalman filter over
- * pose and velocity, and the smoother of Rauch, Tung and Striebel back from its end
- * (AIAA Journal 3(8), 1965). Measurements that disagree with the others' motion count
- * less, by the Cauchy loss. */
+/** The most likely poses, given the measurements and the prior: a Kalman filter over pose and
+ *  velocity, and the smoother of Rauch, Tung and Striebel back from its end (AIAA Journal 3(8),
+ *  1965). Measurements that contradict the motion of the others count less, by the Cauchy loss. */
 std::vector<Pose>
 smoothTrajectory(const std::vector<PoseMeasurement>& measurements, const MotionPrior& prior);
 

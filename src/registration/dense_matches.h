@@ -31,9 +31,8 @@ struct Matches {
 /** How generous a level of detail is. */
 struct MatchTolerance {
   float max_distance = 0; ///< of a match [m]
-  /** Distance that a pose still to be found may leave [m]: widens sigma, or the
-   * structures that hold the pose would be taken for outliers of the walls that are
-   * already aligned. */
+  /** Distance [m] that a coarse pose may leave. It widens sigma: otherwise the structures that hold
+   *  the pose would count as outliers of walls that are already aligned. */
   float misalignment = 0;
 };
 
@@ -46,12 +45,12 @@ matchByProjection(const AlignmentProblem& problem, const TargetGrid& target,
 /** How well the clouds meet at a pose. */
 struct Meeting {
   double near = 0;    ///< source points on the target
-  double against = 0; ///< weight of those that say that the pose is wrong
+  double against = 0; ///< weight of source points that contradict the pose
 };
 
-/** By projection: near is within three (scaled) sigma of the surface that is seen there. What lies
- * elsewhere where the target's camera measured is against it: it may be hidden behind what is seen,
- * but in front of it, where the camera saw through, counts twice. */
+/** By projection: near is within three (scaled) sigma of the visible surface. Other points where
+ *  the target's camera measured are against the pose. A point behind the surface may be hidden; a
+ *  point in front of it, where the camera saw through, counts twice. */
 Meeting
 meetingByProjection(const TargetGrid& target, const SourcePoints& source, const Pose& pose,
                     const Matches& matches, double scale);

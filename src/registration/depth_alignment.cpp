@@ -5,8 +5,8 @@
 namespace bundle_icp {
 namespace {
 
-/** An adjustment weighs hundreds of pairs against each other and against matches: what one pair's
- * residuals show by chance would decide between them. */
+/** An adjustment weighs hundreds of pairs against each other and against matches: chance in one
+ *  pair's residuals would decide between the pairs. */
 constexpr double PAIR_MODEL_SHARE = 0.7;
 
 } // namespace

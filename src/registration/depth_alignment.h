@@ -10,8 +10,8 @@
 
 namespace bundle_icp {
 
-/** What alignPoints() needs to align an image's depth with that of others, and keeps as long as it
- *  runs. */
+/** Input of alignPoints() to align an image's depth with that of other images; keeps the data that
+ *  the problem refers to. */
 class DepthAlignment {
 public:
   using View = std::shared_ptr<const DepthView>;
@@ -28,7 +28,7 @@ public:
   setVisualEvidence(const VisualCorrespondences& matches, double scale);
 
   /** The target is the virtual depth of registered images, equation (6): rendered at the start, and
-   *  anew when the pose has moved from there. */
+   *  again when the pose has moved. */
   void
   setVirtualDepth(const std::vector<View>& views, const std::vector<Pose>& world_from_views,
                   const Pose& start);

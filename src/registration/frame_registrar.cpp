@@ -24,11 +24,11 @@ pixelsOf(const Features& features, const std::vector<int>& indices)
   return pixels;
 }
 
-/** What an image's pixels share even of independent errors, since those of neighbouring pixels
- *  are correlated: some thousand of them are independent. */
+/** Smallest shared error of an image's pixels [sigma]: errors of neighbouring pixels are
+ *  correlated, so only some thousand pixels are independent. */
 constexpr double LEAST_SHARED_SIGMAS = 0.03;
 
-/** Depth is not aligned when it cannot lower any variance of the pose by more than this share. */
+/** Depth is not aligned when no variance of the pose could fall by more than this share. */
 constexpr double LEAST_DENSE_GAIN = 0.05;
 
 double

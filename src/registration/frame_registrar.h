@@ -12,7 +12,7 @@
 
 namespace bundle_icp {
 
-/** Registered neighbour of an image and how many matches they share. */
+/** Registered neighbour of an image, and the number of matches that the two images share. */
 struct Neighbour {
   std::size_t image = 0;
   std::size_t matches = 0;
@@ -27,17 +27,17 @@ struct FrameRegistration {
   ImageRegistration report;
 };
 
-/** An image to register, and what it is registered with. */
+/** An image to register, and its registered neighbours. */
 struct NewFrame {
   std::size_t image = 0;
-  std::vector<Neighbour> neighbours; ///< registered ones, best first
+  std::vector<Neighbour> neighbours; ///< registered images, best first
   /** Where ICP starts without visual evidence: geometry alone then decides. */
   std::optional<Pose> guess;
   int num_threads = 0; ///< inside this one registration
 };
 
 /** Bundle ICP, Algorithm 1: registers single images against a model that does not change meanwhile.
- *  All methods may be called from several threads. */
+ *  Several threads may call all methods. */
 class FrameRegistrar {
 public:
   FrameRegistrar(const ImageGraph& graph, const DepthViewProvider& depth_views,
@@ -47,8 +47,8 @@ public:
   {
   }
 
-  /** Whether images have a DepthError of their own, as self-calibration found out: where they have
-   *  none, dense evidence weighs what its noise says. */
+  /** True: images have a DepthError of their own, as self-calibration found. False: dense evidence
+   *  gets the weight of its noise alone. */
   void
   setDepthErrors(bool depth_errors);
 
@@ -62,12 +62,12 @@ public:
   FrameRegistration
   bundleICP(const SparseModel& model, const NewFrame& frame) const;
 
-  /** Lines 1 and 2 of it alone, quickly. */
+  /** Lines 1 and 2 of Algorithm 1 alone, quickly. */
   FrameRegistration
   registerVisually(const SparseModel& model, const NewFrame& frame) const;
 
-  /** How well the points that an image of the model sees, and its dense terms among `terms`, hold
-   *  its pose, see ImagePose. */
+  /** How well the pose of an image of the model is held by the points that the image sees and by
+   *  its dense terms among `terms`, see ImagePose. */
   Matrix6d
   poseCovariance(const SparseModel& model, std::size_t image,
                  const std::vector<RelativePoseTerm>& terms) const;
@@ -82,7 +82,7 @@ public:
   registeredNeighbours(const SparseModel& model, std::size_t image, int component) const;
 
 private:
-  /** Matches of a new frame to registered ones, and the frame's own features of them. */
+  /** Matches of a new frame to registered frames, and the new frame's features in these matches. */
   struct Correspondences {
     VisualCorrespondences points;
     std::vector<int> features;

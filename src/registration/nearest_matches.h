@@ -18,9 +18,9 @@ public:
   match(const SourcePoints& source, const Pose& pose, const Eigen::Vector3d& center,
         float max_distance, Matches& matches);
 
-  /** Near is within twice the distance of the target point from its fourth neighbour, which needs
-   *  no unit of length. What lies within three times that weighs thrice against the pose: where
-   *  surfaces only cross there are two such for each that is near. */
+  /** Near is within twice the distance of the target point from its fourth neighbour, a bound
+   *  without a unit of length. A source point within three times that bound counts three times
+   *  against the pose: where surfaces only cross, two such points come with each near point. */
   Meeting
   meeting(const SourcePoints& source, const Matches& matches, const Eigen::Vector3d& center) const;
 

@@ -51,14 +51,14 @@ VisualSystem
 accumulateVisual(const VisualCorrespondences& visual, const Pose& pose,
                  const Eigen::Vector3d& center, double scale);
 
-/** What decides whether a direction is held by the surfaces. */
+/** Bounds that decide whether the surfaces hold a direction. */
 struct Observability {
   double length = 1; ///< that makes rotations comparable to translations [m]
   /** Share of the weight that must hold a direction: 2.5 degrees of relief, more than
    * the warp of a depth camera makes of a plane. */
   double min_share = 2e-3;
-  /** While normals are matched to those of other places, only H itself tells what
-   * holds. */
+  /** True while normals are matched to those of other places: then only H itself tells what
+   *  holds. */
   bool misaligned = false;
   double max_deviation =
       1e300; ///< largest standard deviation of a direction that counts as held [m]

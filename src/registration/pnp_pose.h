@@ -12,10 +12,9 @@
 
 namespace bundle_icp {
 
-/** The pose from which `pixels` show `points` [m, world frame], two lists of equal
- * length: RANSAC over minimal samples with a fixed seed, refined over the inliers. It
- * looks at the reprojection error alone, so that the distances of VisualPose stay
- * unset. Nothing when too few agree. */
+/** The pose from which `pixels` show `points` [m, world frame], two lists of equal length: RANSAC
+ *  over minimal samples with a fixed seed, refined over the inliers. Only the reprojection error
+ *  counts, so the distances of VisualPose stay unset. Unset when too few points agree. */
 std::optional<VisualPose>
 estimatePnPPose(const CameraIntrinsics& camera, const std::vector<cv::Point2d>& pixels,
                 const std::vector<Eigen::Vector3d>& points);

@@ -15,7 +15,7 @@ namespace {
 /** Misalignment that the coarse levels allow for, tried in this order [m]: wide kernels
  * see far structures pull, narrow ones are not led astray by clutter. */
 constexpr float MISALIGNMENTS[] = {0.1f, 0.03f, 0.3f};
-/** What a pose from visual evidence leaves of it at most [m]. */
+/** Largest misalignment that a pose from visual evidence leaves [m]. */
 constexpr double VISUAL_MISALIGNMENT = 0.03;
 /** No further kernel is tried once this share of the source lies on the target. */
 constexpr double ENOUGH_OVERLAP = 0.75;

@@ -8,8 +8,7 @@
 
 namespace bundle_icp {
 
-/** The target as projective association needs it: with normals, and the camera of its
- * grid. */
+/** The target in the form for projective association: with normals, and the camera of its grid. */
 struct TargetGrid {
   PointsView points;
   CameraIntrinsics camera;

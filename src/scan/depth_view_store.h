@@ -13,8 +13,8 @@
 
 namespace bundle_icp {
 
-/** Reduced depth images of all frames. Normals and weights, three times as large, are made
- *  when a view is asked for and kept for the views asked for last. */
+/** Reduced depth images of all frames. A view's normals and weights, three times as large, are
+ *  computed on demand; the views used last are kept. */
 class DepthViewStore {
 public:
   DepthViewStore(const CameraIntrinsics& camera, int reduction, const VirtualDepthOptions& options);
@@ -27,12 +27,12 @@ public:
   void
   clear();
 
-  /** Reduces a depth image and keeps it as view `index`. Different indices from several
-   *  threads at once are fine. */
+  /** Reduces a depth image and keeps it as view `index`. Several threads may set different indices
+   *  at once. */
   void
   set(std::size_t index, const cv::Mat& depth);
 
-  /** The view, corrected; may be called from several threads. */
+  /** The corrected view; several threads may call this. */
   std::shared_ptr<const DepthView>
   get(std::size_t index, const Calibration& calibration, const DepthError& error);
 

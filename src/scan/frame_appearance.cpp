@@ -21,7 +21,7 @@ trackColors(const ImageGraph& graph, const SparseModel& model)
 }
 
 /** The square of the sharpness relative to the median of the neighbours, at most 1: an image of
- *  half their sharpness has a quarter of their say. */
+ *  half the neighbours' sharpness has a quarter of the weight. */
 float
 sharpnessWeight(const ImageGraph& graph, std::size_t image)
 {

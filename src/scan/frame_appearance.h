@@ -10,9 +10,9 @@
 
 namespace bundle_icp {
 
-/** What the image graph and the tracks of the model say of the images' colours: gains that make
- *  the same points look the same, and weights by sharpness relative to the images that see the
- *  same. One for each image of the graph. */
+/** Appearance of the images, from the image graph and the model's tracks: gains that give the same
+ *  points the same colour, and weights by sharpness relative to images of the same points. One
+ *  entry for each image of the graph. */
 std::vector<ColorCorrection>
 colorCorrections(const ImageGraph& graph, const SparseModel& model);
 

@@ -15,9 +15,9 @@ class PreparedScan::Impl {
 public:
   Impl(const RGBDDataset& dataset, const ReconstructionOptions& options);
 
-  /** Equation (2): features with depth, and the depth that Bundle ICP will need. Adds
-   * the stage's time to `timing`, also when it was done before. \return false when it
-   * was stopped. */
+  /** Equation (2): features with depth, and the depth that Bundle ICP will need. The stage's time
+   *  is added to `timing`, also when the stage has run before. \return false when the stage was
+   *  stopped. */
   bool
   needFeatures(const ProgressCallback& progress, Timing& timing);
 
@@ -32,7 +32,7 @@ public:
     return dataset_;
   }
 
-  /** What is known of each frame before there are poses. */
+  /** Report of each frame before there are poses. */
   const std::vector<FrameReport>&
   frames() const
   {
@@ -63,16 +63,16 @@ public:
     return depth_views_;
   }
 
-  /** Frees what is not needed once the images are matched; no other reconstruction may follow. */
+  /** Frees data that matched images no longer need. No other reconstruction may follow. */
   void
   releaseDescriptors(bool keep_key_images = false);
 
-  /** Frees what is not needed once there are poses; no other reconstruction may follow. */
+  /** Frees data that is not needed once there are poses. No other reconstruction may follow. */
   void
   releaseDepth();
 
 private:
-  /** A stage is run once, be it stopped or not. */
+  /** A stage runs once, even if it is stopped. */
   struct Stage {
     bool was_run = false, completed = false;
     double seconds = 0;

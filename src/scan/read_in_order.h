@@ -10,16 +10,16 @@
 
 namespace bundle_icp {
 
-/** Takes a frame; `error` says why it cannot be read, its images are empty then.
- * Returns false to stop. */
+/** Receives a frame. When the frame cannot be read, its images are empty and `error` gives the
+ *  reason. Returns false to stop. */
 using FrameConsumer =
     std::function<bool(std::size_t index, const RGBDFrame& frame, const std::string& error)>;
 
-/** Makes of a frame what its consumer wants; called by several threads. */
+/** Prepares a frame for its consumer. Several threads call it at once. */
 using FramePreparation = std::function<RGBDFrame(std::size_t index, const RGBDFrame& frame)>;
 
-/** Hands over the frames one after the other; they are decoded and prepared ahead by
- * several threads. \return false when the consumer did. */
+/** Gives the frames to `consume` one after the other. Several threads decode and prepare frames
+ *  ahead. \return false when the consumer returned false. */
 bool
 readInOrder(const RGBDDataset& dataset, const std::vector<std::size_t>& indices, int num_threads,
             const FrameConsumer& consume, const FramePreparation& prepare = {});

@@ -110,7 +110,7 @@ Reconstruction::run()
   return std::move(result_);
 }
 
-/** Of the shared stages those that the method needs. */
+/** Runs the shared stages that the method needs. */
 bool
 Reconstruction::prepare()
 {
@@ -130,7 +130,7 @@ Reconstruction::estimatePoses()
   return timed("registration", [this] { return mapImages(); });
 }
 
-/** Frame after frame in the order given. */
+/** Tracks frame after frame in the given order. */
 bool
 Reconstruction::trackFrames()
 {

@@ -18,7 +18,7 @@ constexpr std::pair<ReconstructionMethod, const char*> METHOD_NAMES[] = {
     {ReconstructionMethod::RGBD_SFM, "rgbd_sfm"},
     {ReconstructionMethod::BUNDLE_ICP, "bundle_icp"}};
 
-/** The first that writeMesh() does not know, or nothing. */
+/** The first format that writeMesh() does not know, if any. */
 std::string
 unknownFormat(const std::vector<std::string>& formats)
 {

@@ -11,7 +11,7 @@
 namespace bundle_icp {
 namespace simulation {
 
-/** Random numbers of one frame for one purpose, unrelated to those of all others. */
+/** Random numbers of one frame for one purpose, independent of all others. */
 cv::RNG
 frameRandom(std::uint64_t seed, std::size_t frame, std::uint64_t purpose);
 
@@ -28,10 +28,10 @@ drawShake(const SyntheticScanOptions& options, std::size_t frame);
 void
 spoilColor(cv::Mat& color, const SyntheticScanOptions& options, std::size_t frame, double time);
 
-/** Makes of exact depth what the camera measures: flying pixels, bias, noise,
- * quantisation, holes, range, in this order. \param[in,out] depth CV_32FC1 [m]
- *  \param[in] reflection CV_32FC1, 0 to 1: how well the surface sends the camera's
- * light back */
+/** Turns exact depth into measured depth: flying pixels, bias, noise, quantisation, holes, range,
+ *  in this order.
+ *  \param[in,out] depth CV_32FC1 [m]
+ *  \param[in] reflection CV_32FC1, 0 to 1: share of the camera's light that the surface reflects */
 void
 spoilDepth(cv::Mat& depth, const cv::Mat& reflection, const SyntheticScanOptions& options,
            std::size_t frame);

@@ -20,8 +20,8 @@ smoothStep(double x)
   return x * x * x * (x * (6 * x - 15) + 10);
 }
 
-/** By how much the camera is turned away from the table [rad]: for 55 s not at all,
- * then, over 12 s, outwards; after one tour along the walls back again. */
+/** Angle by which the camera is turned away from the table [rad]: 0 for 55 s, then, over 12 s,
+ *  outwards; after one tour along the walls back again. */
 double
 turnAt(double t)
 {

@@ -33,7 +33,7 @@ struct Face {
   Eigen::Vector2f offset;              ///< [texel]
 };
 
-/** Where the ray origin + depth * direction meets a surface. */
+/** Point where the ray origin + depth * direction meets a surface. */
 struct Hit {
   double depth = 0;
   int face = -1; ///< -1 = nothing
@@ -55,8 +55,7 @@ surfaceDistance(const Primitive& primitive, const Eigen::Vector3d& point);
 Eigen::Vector3f
 surfaceNormal(const Primitive& primitive, int side, const Eigen::Vector3f& point);
 
-/** Room, furniture and things. World frame: z up, floor at z = 0, the table at the
- * origin. */
+/** Room, furniture and objects. World frame: z up, floor at z = 0, the table at the origin. */
 class Scene {
 public:
   /** \param[in] texture contrast of the pictures on all surfaces, 0 to 1 */
@@ -105,7 +104,7 @@ private:
   std::vector<Texture> textures_;
 };
 
-/** Fills the scene with everything in it. */
+/** Fills the scene with all primitives. */
 void
 furnish(Scene& scene, std::uint64_t seed);
 

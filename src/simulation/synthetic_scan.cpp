@@ -27,14 +27,13 @@ struct SyntheticScan::Impl {
     return double(id) / options.frame_rate;
   }
 
-  /** What the colour camera sees of a frame, its rows exposed one after the other,
-   * moved by `motion`. */
+  /** Colour image of a frame, its rows exposed one after the other, moved by `motion`. */
   cv::Mat
   sharpColor(std::size_t id, const Pose& motion = Pose::Identity()) const;
   /** Mean of what the camera sees while it is shaken. */
   cv::Mat
   blurredColor(std::size_t id) const;
-  /** How well each pixel reflects the light of a depth camera, 0 to 1. */
+  /** Share of the depth camera's light that each pixel reflects, 0 to 1. */
   cv::Mat
   reflection(const cv::Mat& color, const Pose& pose, const GeometryImage& geometry) const;
 

@@ -38,7 +38,7 @@ private:
   std::vector<Level> levels_;
 };
 
-/** Where the six sides of a box (+x, -x, +y, -y, +z, -z) lie in its texture. */
+/** Places of the six sides of a box (+x, -x, +y, -y, +z, -z) in its texture. */
 struct BoxLayout {
   std::array<cv::Rect, 6> sides;
   cv::Size size;

@@ -13,7 +13,7 @@ namespace {
 
 constexpr int TILE_SIZE = 8;
 
-/** Keeps the nearer of `nearest` and what the ray meets of `seen`. */
+/** Keeps the nearer of `nearest` and the ray's hit on `seen`. */
 void
 update(Hit& nearest, const SeenPrimitive& seen, const Eigen::Vector3d& ray)
 {

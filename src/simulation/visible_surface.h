@@ -14,9 +14,8 @@
 namespace bundle_icp {
 namespace simulation {
 
-/** The surface that cameras at `poses` see: of all pixels' points the first in each
- * voxel of edge `spacing` [m], in the order of poses, with normals towards free space.
- */
+/** The surface that cameras at `poses` see: the first point of all pixels in each voxel of edge
+ *  `spacing` [m], in the order of the poses, with normals towards free space. */
 pcl::PointCloud<pcl::PointNormal>::Ptr
 visibleSurface(const Scene& scene, const CameraIntrinsics& camera, const std::vector<Pose>& poses,
                double spacing, int num_threads);

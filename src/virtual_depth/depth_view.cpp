@@ -34,8 +34,8 @@ paddedRow(cv::Mat& image, int row)
   return image.ptr<float>(row + MAX_RADIUS) + MAX_RADIUS;
 }
 
-/** What the fit of normals works on. A plane's inverse depth is an affine function of
- * the pixel, whose two slopes and value give the normal without bias by perspective. */
+/** Data for the fit of normals. A plane's inverse depth is an affine function of the pixel. Its two
+ *  slopes and its value give the normal without bias by perspective. */
 struct Planes {
   cv::Mat inverse_depth;    // 1 / z [1/m], 0 = not measured
   cv::Mat link_right;       // 1 when linked to the right neighbour
@@ -154,7 +154,7 @@ fitAlongRow(const float* w, const float* link, const float* radius, int width, f
   }
 }
 
-/** What combining the rows' lines down the columns gives, for one block of a row. */
+/** Result of combining the rows' lines down the columns, for one block of a row. */
 struct PlaneBlock {
   float slope_x[64], slope_y[64], value[64], known[64];
 };

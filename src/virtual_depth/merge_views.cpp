@@ -12,8 +12,7 @@
 namespace bundle_icp {
 namespace {
 
-/** A surface in front counts only with this share of the weight of what is seen behind
- * it. */
+/** Minimum weight of a surface in front, as a share of the weight of the surface behind it. */
 constexpr float MIN_WEIGHT_SHARE = 0.1f;
 /** Depth of a sample that shows nothing [m]: finite, so that sums stay free of NaN. */
 constexpr float FAR_AWAY = 1e6f;
@@ -38,8 +37,8 @@ struct RowSums {
   }
 };
 
-/** Copies what the samples of a row say of their surface. Apart from the arithmetic, whose
- *  vectors would be filled by gather instructions, slower than these loads. */
+/** Copies the samples of a row. Kept apart from the arithmetic, whose vectors would need gather
+ *  instructions, which are slower than these loads. */
 void
 fetchRow(const Contribution& from, int row, int width, RowSamples& out)
 {
@@ -130,7 +129,7 @@ sumNearest(const std::vector<RowSamples>& samples, DepthSigma reach, int width, 
     }
 }
 
-/** What the views show in one column, the nearest surface in `sums`. */
+/** The views' terms in one column, with the nearest surface in `sums`. */
 ViewTerm
 mergeColumn(const std::vector<RowSamples>& samples, const RowSums& sums, std::size_t u,
             DepthSigma reach)

@@ -10,7 +10,7 @@
 
 namespace bundle_icp {
 
-/** A warped view with what turns its weights and normals to the virtual camera. */
+/** A warped view, with the factors that turn its weights and normals to the virtual camera. */
 struct Contribution {
   const DepthView* view = nullptr;
   WarpedView warped;
@@ -18,16 +18,16 @@ struct Contribution {
   Eigen::Vector3f center;   ///< of the view, in the virtual frame
 };
 
-/** A term of equation (6): what view I_i shows of X_w, the point that a virtual pixel sees. */
+/** A term of equation (6): what view I_i shows of X_w, the point in a virtual pixel. */
 struct ViewTerm {
   float D = 0; ///< D(X_w^i) = proj(T_w^new X_w^i), its depth in the virtual view [m]
   float w = 0; ///< w(X_w) [1/m^2], 0 = the view shows nothing there
   Eigen::Vector3f normal = Eigen::Vector3f::Zero(); ///< in the virtual frame
 };
 
-/** The term of one view in virtual pixel (u, v). The measured depth moves a point along the
- *  view's ray. How far this moves the surface along the virtual ray, and so its weight there,
- *  depends on how both meet it. */
+/** The term of one view in virtual pixel (u, v). An error of the measured depth moves a point along
+ *  the view's ray. The angles of both rays to the surface decide how far the surface then moves
+ *  along the virtual ray, and so its weight there. */
 ViewTerm
 viewTerm(const Contribution& from, const CameraIntrinsics& camera, int u, int v);
 
@@ -38,8 +38,8 @@ viewTerm(const Contribution& from, const CameraIntrinsics& camera, int u, int v)
 ViewTerm
 virtualDepthAt(std::vector<ViewTerm> terms, DepthSigma reach);
 
-/** Equation (6) for whole rows at once: the weighted average, in each virtual pixel, of those that
- * show the nearest surface. Fills the images of `out`. */
+/** Equation (6) for whole rows at once: the weighted average, in each virtual pixel, of the views
+ *  that show the nearest surface. Fills the images of `out`. */
 void
 mergeViews(const std::vector<Contribution>& contributions, const VirtualDepthOptions& options,
            VirtualDepth& out);

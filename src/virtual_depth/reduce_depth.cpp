@@ -35,8 +35,8 @@ checkDepth(const cv::Mat& depth, const CameraIntrinsics& camera, int reduction,
                                     " must be at least 1 and leave 8 pixels in each direction");
 }
 
-/** Average of the depths of a block that lie on the surface of their median; not
- * measured when that is less than half of the block. */
+/** Average of those depths of a block that lie on the surface of the block's median; not measured
+ *  when these are less than half of the block. */
 float
 averageOfSurface(float* depths, std::size_t count, std::size_t block_size, const DepthEdges& linked)
 {

@@ -8,9 +8,9 @@
 
 namespace bundle_icp {
 
-/** Depth image reduced by an integer factor: each pixel is the average of those of its
- * block that lie on the surface of their median, NaN when that is less than half of
- * them, or when it is not a distance that can have been measured.
+/** Depth image reduced by an integer factor. Each pixel is the average of those pixels of its block
+ *  that lie on the surface of the block's median. NaN when these are less than half of the block,
+ *  or when the average is not a distance that can have been measured.
  *  \throws pcl::BadArgumentException as makeDepthView() does. */
 cv::Mat
 reduceDepth(const cv::Mat& depth, const CameraIntrinsics& camera, int factor,

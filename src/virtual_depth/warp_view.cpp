@@ -16,9 +16,9 @@ namespace {
 using simd::larger;
 using simd::smaller;
 
-/** Nearer to the virtual camera than this, nothing is rendered [m]. */
+/** Minimum distance from the virtual camera at which anything is rendered [m]. */
 constexpr float NEAR_PLANE = 0.05f;
-/** A mesh cell larger than this in the virtual view is too coarse to be of use [px]. */
+/** Largest useful mesh cell in the virtual view [px]. */
 constexpr float MAX_CELL = 24;
 /** Smallest area of a cell [px^2]: a sliver carries no depth; negative means seen from
  * behind. */
@@ -137,7 +137,7 @@ struct RowCells {
   }
 };
 
-/** Where a pixel lies in a cell: so much along the edges to `a` and to `b`. */
+/** Position of a pixel in a cell: shares of the edges to `a` and to `b`. */
 struct Place {
   float s, t, inverse_z;
   float area; ///< of the parallelogram of both edges [px^2]
@@ -160,7 +160,7 @@ locate(Vertex o, Vertex a, Vertex b, Vertex c, bool quad, int u, int v)
   return {s, t, o.inverse_z + s * da + t * db + s * t * dc, determinant};
 }
 
-/** How many edges of the quad between columns c and c + 1 lie on a surface. */
+/** Number of edges of the quad between columns c and c + 1 that lie on a surface. */
 BUNDLE_ICP_INLINE float
 numLinks(const VertexRow& top, const VertexRow& bottom, int c)
 {

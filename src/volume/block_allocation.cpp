@@ -140,9 +140,9 @@ sampleStep(const DepthSamples& samples, int u0, int v0, double block_size)
   return std::clamp(static_cast<int>(block_size * focal / farthest / 2), 1, 8);
 }
 
-/** Calls visit(u, v) for the pixels of a cell whose bands hold the bands of all others in it: that
- *  in its middle, and those that differ from this one and from the one before by more than the
- *  truncation, as where something thin is seen before something far. */
+/** Calls visit(u, v) for enough pixels of a cell that their bands contain the bands of all its
+ *  pixels: the pixel in the middle, and each pixel that differs by more than the truncation from
+ *  the middle and from the pixel before, as where something thin is in front of something far. */
 template <typename Visit>
 void
 visitLayers(const DepthSamples& samples, int u0, int v0, int step, float truncation,

@@ -40,9 +40,8 @@ voxelIndex(int x, int y, int z)
   return z * BLOCK_SLAB + y * BLOCK_EDGE + x;
 }
 
-/** What the surface does in one block: the marching cubes case of each cell (a cell
- *  belongs to the block of its first corner; 0 = no surface, or not observed), and the
- *  grid edges that carry a vertex. */
+/** The surface in one block: the marching cubes case of each cell (a cell belongs to the block of
+ *  its first corner; 0 = no surface, or not observed), and the grid edges that carry a vertex. */
 class BlockSurface {
 public:
   std::uint8_t cases[BLOCK_VOXELS] = {};
@@ -63,7 +62,7 @@ public:
     return edges_[edge.axis][edge.voxel[2]] >> bit(edge) & 1;
   }
 
-  /** Fixes the numbers of the vertices; afterwards vertexOf() may be asked. */
+  /** Fixes the numbers of the vertices; vertexOf() may be called afterwards. */
   void
   countVertices();
 
@@ -91,7 +90,7 @@ private:
 /** Numbers of a block's neighbours, -1 = none; offsets from -1 to 1, x fastest. */
 using BlockNeighbors = std::array<std::int64_t, 27>;
 
-/** Those with all offsets between `first` and `last`; the others count as absent. */
+/** Neighbours with all offsets between `first` and `last`; other neighbours count as absent. */
 BlockNeighbors
 neighborsOf(const VoxelBlockMap& blocks, std::size_t index, int first, int last);
 

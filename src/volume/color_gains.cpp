@@ -20,11 +20,11 @@ struct Sample {
 
 using Samples = std::vector<Sample>; ///< of one point
 
-/** The equations grow with the square of a point's samples, what they tell hardly with their
- *  number. */
+/** Maximum number of samples of a point: the equations grow with the square of the number, but more
+ *  samples tell hardly more. */
 constexpr std::size_t MAX_SAMPLES = 30;
 
-/** At most MAX_SAMPLES of them, evenly distributed. */
+/** At most MAX_SAMPLES of the samples, evenly distributed. */
 Samples
 thinned(Samples samples)
 {
@@ -36,7 +36,7 @@ thinned(Samples samples)
   return samples;
 }
 
-/** One channel's samples by point; of one channel, since clipping is. */
+/** Samples of one channel for each point. Channels are separate, because each clips by itself. */
 std::vector<Samples>
 samplesOf(const std::vector<ColorObservation>& observations, int channel)
 {
@@ -54,7 +54,7 @@ samplesOf(const std::vector<ColorObservation>& observations, int channel)
   return points;
 }
 
-/** Mean of the colours with gains, which is the best x for given g. */
+/** Mean of the colours after gains: the best x for given g. */
 double
 meanColor(const Samples& samples, const Eigen::VectorXd& gains)
 {
@@ -66,7 +66,7 @@ meanColor(const Samples& samples, const Eigen::VectorXd& gains)
   return sum / weights;
 }
 
-/** Minimises over g; each point's x is eliminated. */
+/** Minimises the sum over g; each point's x is eliminated. */
 Eigen::VectorXd
 solveGains(const std::vector<Samples>& points, std::size_t num_frames,
            const ColorGainOptions& options)

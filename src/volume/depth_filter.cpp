@@ -19,9 +19,9 @@ constexpr int REACH = 2;
 constexpr int TAPS = 2 * REACH + 1;
 /** A B-spline's, the usual one of this transform. */
 constexpr std::array<float, TAPS> SPATIAL = {1, 4, 6, 4, 1};
-/** Inverse depths that differ by more than this many sigmas belong to other surfaces. The centre
- *  is as noisy as its neighbours, hence more than the usual three; after each pass both are less
- *  noisy. */
+/** Difference of inverse depths, in sigmas, beyond which they belong to different surfaces. It
+ *  exceeds the usual three, because the centre is as noisy as its neighbours; after each pass both
+ *  are less noisy. */
 constexpr std::array<float, 3> SURFACE_SIGMAS = {5, 3.5F, 2.5F};
 
 /** Inverse depths with a margin of zeros, as wide as the taps reach, and vectors to the right. */

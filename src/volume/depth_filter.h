@@ -12,11 +12,10 @@ namespace bundle_icp {
 int
 smoothingPasses(int radius);
 
-/** Averages each depth with those around it that belong to its surface: an edge-avoiding a-trous
- *  filter (Dammertz et al., HPG 2010), passes of 5x5 taps whose spacing doubles, on the inverse of
- *  depth. There a plane is linear, so that a symmetric window does not move it however slanted it
- *  is, and noise that grows with the square of depth is about the same everywhere. Pixels without
- *  depth stay without.
+/** Averages each depth with the surrounding depths of its surface: an edge-avoiding a-trous filter
+ *  (Dammertz et al., HPG 2010), passes of 5x5 taps whose spacing doubles, on the inverse of depth.
+ *  On inverse depth a plane is linear, so a symmetric window does not move it at any slant, and
+ *  noise that grows with the square of depth is nearly constant. Pixels without depth stay without.
  *  \param depth CV_32FC1 [m], NaN = not measured
  *  \param radius half size of the window [px]; as many passes as reach it: 2, 6 or 14 pixels */
 cv::Mat

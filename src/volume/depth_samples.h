@@ -15,14 +15,14 @@ namespace bundle_icp {
 constexpr int QUALITY_SHIFT = 24;
 constexpr std::uint32_t BEST_QUALITY = 255;
 
-/** One frame as the fusion of voxels wants it: per pixel everything that does not
- *  depend on the voxel, without NaN, row by row. */
+/** One frame in the form for the fusion of voxels: all data per pixel that does not depend on the
+ *  voxel, without NaN, row by row. */
 struct DepthSamples {
   static constexpr int tile = 8; ///< edge of the tiles of depth_range [px]
 
   CameraIntrinsics camera;
   std::vector<float> depth;  ///< [m], 0 = not measured or out of range
-  std::vector<float> weight; ///< of the measurement, 0 = do not use
+  std::vector<float> weight; ///< weight of the measurement, 0 = do not use
   /** Blue, green, red, quality from the lowest byte up; empty without colour. */
   std::vector<std::uint32_t> color;
   int tiles_x = 0, tiles_y = 0;

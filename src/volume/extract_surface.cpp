@@ -87,10 +87,10 @@ blendColors(std::uint32_t first, std::uint32_t second, float t)
           static_cast<std::uint8_t>(rounded.z())};
 }
 
-/** What smoothDepth() leaves of the variance of depth. Of N pixels that it averages fewer than N
- *  are independent: half of the variance is shared by neighbours, over the area that a sensor
- *  compares to find one depth. Nor does it average all: it leaves out what may be another
- *  surface, the more, the wider the last pass reaches and the more a plane is slanted. */
+/** Share of the variance of depth that smoothDepth() leaves. Of N averaged pixels fewer than N are
+ *  independent: neighbours share half of the variance, over the area that a sensor compares to find
+ *  one depth. smoothDepth() also leaves out pixels that may be another surface: more of them, the
+ *  wider the last pass reaches and the more a plane is slanted. */
 double
 smoothedVariance(int radius)
 {
@@ -141,8 +141,8 @@ private:
     const int x = edge.voxel[0], y = edge.voxel[1], z = edge.voxel[2];
     const int dx = edge.axis == 0, dy = edge.axis == 1, dz = edge.axis == 2;
     const auto first = voxels(x, y, z), second = voxels(x + dx, y + dy, z + dz);
-    // Off the ends by so much that triangles around a voxel that lies on the surface
-    // keep an area in single precision.
+    // Keeps vertices off the ends: triangles around a voxel on the surface then have an area in
+    // single precision.
     constexpr float margin = 0.01f;
     const float t = std::clamp((level_ - first.distance) / (second.distance - first.distance),
                                margin, 1 - margin);
@@ -159,8 +159,8 @@ private:
     mesh_.deviations[vertex] = deviation(mesh_.weights[vertex], slope.norm());
   }
 
-  /** From that of the distance, which is measured along the optical axis, to the one along
-   *  the normal: the distance rises the faster, the more the surface is slanted. */
+  /** Turns the deviation along the optical axis into that along the normal: the distance rises
+   *  faster, the more the surface is slanted. */
   float
   deviation(float weight, float slope) const
   {

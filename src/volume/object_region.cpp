@@ -139,7 +139,7 @@ cellsOnPlane(const CellGrid& grid, const Eigen::Vector4d& plane, const ObjectReg
   return above;
 }
 
-/** How many frames look at each cluster more than at any other. */
+/** Number of frames that look at each cluster more than at any other. */
 std::vector<std::size_t>
 countLooks(const std::vector<pcl::PointIndices>& objects, const CellGrid& grid,
            const std::vector<Cloud>& clouds, const std::vector<Pose>& world_from_cameras,

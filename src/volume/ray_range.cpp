@@ -16,8 +16,8 @@ struct Box {
   RayRanges::Range range;
 };
 
-/** What the block's corners span in the image, with a voxel more to each side: a
- * surface lies between voxels of two blocks, too. */
+/** Part of the image that the block's corners span, with a voxel more to each side: a surface lies
+ *  between voxels of two blocks, too. */
 Box
 project(const Eigen::Vector3i& block, float voxel_size, const CameraIntrinsics& camera,
         const Eigen::Isometry3f& camera_from_world)

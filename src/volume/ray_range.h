@@ -8,9 +8,9 @@
 
 namespace bundle_icp {
 
-/** Where rays of a view can meet the volume: the range of depth of the blocks seen in
- * each tile of the image, as in Kaehler et al. (InfiniTAM, TVCG 2015), section 4.3.
- * Empty space, most of every ray, is never marched through. */
+/** Range of depth in which rays of a view can meet the volume: that of the blocks in each tile of
+ *  the image, as in Kaehler et al. (InfiniTAM, TVCG 2015), section 4.3. Rays skip empty space, most
+ *  of their length. */
 class RayRanges {
 public:
   struct Range {

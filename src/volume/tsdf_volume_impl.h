@@ -12,7 +12,7 @@ struct TSDFVolume::Impl {
   TSDFOptions options;
   VoxelBlockMap blocks;
   std::uint32_t num_frames = 0; ///< fused so far
-  double unit_sigma = 0; ///< of a depth of weight 1: that of the first frame's camera at 1 m [m]
+  double unit_sigma = 0;        ///< sigma at weight 1: that of the first frame's camera at 1 m [m]
 
   float
   voxelSize() const

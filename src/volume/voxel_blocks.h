@@ -108,8 +108,8 @@ public:
     return chunks_[index / chunk_blocks][index % chunk_blocks];
   }
 
-  /** False as long as no voxel of the block has been behind a surface: free space has
-   *  nothing to carve there. */
+  /** False until a voxel of the block lies behind a surface: before that, free space has nothing to
+   *  carve in the block. */
   bool
   mayHoldSurface(std::size_t index) const
   {

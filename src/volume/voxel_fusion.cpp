@@ -97,7 +97,7 @@ shareBehind(const FusionView& view, Floats z, Floats ahead)
   return smaller(Floats{} + 1, 1 + margin * (1 / (FALL_OFF_VOXELS * view.voxel_size)));
 }
 
-// At most so far behind a surface voxels up to the depth `farthest` take part, in truncations.
+// Largest distance behind a surface, in truncations, at which voxels up to depth `farthest` count.
 BUNDLE_ICP_INLINE float
 largestReach(const FusionView& view, float farthest)
 {

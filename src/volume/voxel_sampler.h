@@ -8,8 +8,8 @@
 
 namespace bundle_icp {
 
-/** Reads a volume at nearby positions: remembers the block found last. Positions are in
- * voxels. Each thread has its own. */
+/** Reads a volume at nearby positions and remembers the last block. Positions are in voxels. Each
+ *  thread needs its own sampler. */
 class VoxelSampler {
 public:
   explicit VoxelSampler(const TSDFVolume::Impl& volume) : blocks_(volume.blocks) {}
@@ -28,8 +28,7 @@ public:
   std::optional<float>
   distance(const Eigen::Vector3f& position);
 
-  /** The same at `within` [0, 1) of the way from voxel `cell` to the next along each
-   * axis. */
+  /** The distance at `within` [0, 1) of the way from voxel `cell` to the next along each axis. */
   std::optional<float>
   distance(const Eigen::Vector3i& cell, const Eigen::Vector3f& within);
 

@@ -2,7 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 //
 // The methods that the paper compares, side by side on recordings with true poses;
-// Bundle ICP without its parts; and how all of them stand fewer and blurred frames.
+// Bundle ICP without its parts; and all of these with fewer and with blurred frames.
 #include "scan_arguments.h"
 
 #include "blurred_dataset.h"
@@ -68,7 +68,7 @@ chooseMethods(const std::string& text)
   return chosen;
 }
 
-/** Those asked for, or the recording as it is. */
+/** The conditions of the command line, or the unchanged recording. */
 std::vector<Condition>
 chooseConditions(const po::variables_map& values)
 {
@@ -104,17 +104,16 @@ describeRun(Arguments& arguments)
   add("methods",
       po::value<std::string>()->value_name("NAMES")->default_value(
           "f2m_icp,visual_icp,rgbd_sfm,bundle_icp"),
-      "which methods to run, separated by commas");
+      "methods to run, separated by commas");
   add("ablations", "also run bundle_icp without each of its parts");
   add("keep", po::value<std::string>()->value_name("N,N,..."),
       "run on every N-th frame, for each of these numbers, for example "
       "1,2,3,5,10,15,20");
   add("blur-fraction", po::value<std::string>()->value_name("F,F,..."),
-      "run with this share (0 to 1) of the colour images blurred "
-      "as by motion, for each of "
-      "these numbers, for example 0,0.1,0.2");
+      "run with motion blur in this share (0 to 1) of the colour images, for each of these "
+      "numbers, for example 0,0.1,0.2");
   add("seed", po::value(&arguments.seed)->value_name("SEED")->default_value(0),
-      "chooses the blurred images and their blur");
+      "seed of the choice of blurred images and of their blur");
   add("threads",
       po::value(&arguments.reconstruction.num_threads)->value_name("N")->default_value(0),
       "0 = all");
@@ -127,11 +126,9 @@ void
 printHelp(const po::options_description& visible)
 {
   std::cout << "Usage: bundle_icp_benchmark SCAN... [options]\n\n"
-               "Runs the methods that the paper compares on the same frames and "
-               "features of each SCAN, a\n"
-               "recording with true poses, and prints ATE [m], RPE [m, rad], the share "
-               "of frames with a\n"
-               "pose and the time [s] as Markdown:\n";
+               "Runs the methods that the paper compares on the same frames and features of each\n"
+               "SCAN, a recording with true poses. Prints ATE [m], RPE [m, rad], the share of\n"
+               "frames with a pose and the time [s] as Markdown:\n";
   for (const std::vector<Variant>& variants : {comparedMethods(), ablations()})
     for (const Variant& variant : variants)
       std::cout << "  " << variant.name << ": " << variant.description << "\n";
@@ -162,8 +159,8 @@ parse(int argc, char** argv)
   return arguments;
 }
 
-/** The recording under a condition; --max-frames counts the frames before any are left
- * out. */
+/** The recording under a condition; --max-frames counts the frames before some are
+ * left out. */
 RGBDDataset::Ptr
 openScan(const std::string& folder, const Condition& condition, const Arguments& arguments)
 {
@@ -205,7 +202,7 @@ writeBytes(const std::string& path, const std::string& bytes)
   });
 }
 
-/** Everything so far: hours of work should not be lost with the last condition. */
+/** Writes all results so far, so that a failure does not lose hours of work. */
 void
 writeResults(const Arguments& arguments, const std::vector<ScanResult>& scans)
 {
@@ -236,7 +233,7 @@ runBenchmark(int argc, char** argv)
     checkWritable(arguments->output);
   std::vector<ScanResult> scans;
   for (const std::string& folder : arguments->scans) {
-    // The truth has all poses, however few frames are kept.
+    // The truth keeps all poses, also when few frames are kept.
     const Trajectory truth = openScan(folder, {}, *arguments)->groundTruth();
     scans.push_back({folderName(folder), {}});
     for (const Condition& condition : arguments->conditions) {

@@ -8,12 +8,12 @@
 
 namespace bundle_icp {
 
-/** A recording of which a share of the colour images has motion blur: along a line of
- * random direction, 2 to 6 % of the image's width long. The images of a smaller share
- * are among those of a larger one. */
+/** A recording with motion blur in a share of its colour images: along a line of random
+ *  direction, 2 to 6 % of the image's width long. A larger share contains the blurred images of
+ *  a smaller share. */
 class BlurredDataset : public RGBDDataset {
 public:
-  /** \param fraction of the images that are blurred, 0 to 1 */
+  /** \param fraction share of blurred images, 0 to 1 */
   BlurredDataset(RGBDDataset::Ptr sharp, double fraction, std::uint64_t seed);
 
   std::size_t

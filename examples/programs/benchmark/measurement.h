@@ -12,7 +12,7 @@
 
 namespace bundle_icp {
 
-/** How well one variant did. Poses are those of the largest component. */
+/** Result of one variant. Poses are those of the largest component. */
 struct Measurement {
   std::string variant;
   std::size_t frames = 0, registered = 0;
@@ -27,7 +27,7 @@ struct Measurement {
   }
 };
 
-/** What is changed about a recording. */
+/** Change that is made to a recording. */
 struct Condition {
   std::size_t keep = 1; ///< every n-th frame
   double blur = 0;      ///< share of blurred colour images

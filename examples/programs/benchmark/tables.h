@@ -9,7 +9,7 @@
 
 namespace bundle_icp {
 
-/** What varies along a curve. */
+/** Quantity that varies along a curve. */
 enum class Axis { KEEP, BLUR };
 
 /** The conditions that differ in `axis` alone, ascending; empty when there are fewer

@@ -9,7 +9,7 @@
 
 namespace bundle_icp {
 
-/** One line of the benchmark's table: a way to reconstruct. */
+/** One line of the benchmark's table: a method of reconstruction. */
 struct Variant {
   std::string name;
   std::string description;

@@ -9,58 +9,59 @@
 
 namespace bundle_icp {
 
-/** What dense registration knows of the motion between two images: the reduction of all
- *  point-to-plane terms between them to a mean and a 6x6 information matrix. */
+/** Result of dense registration between two images: all point-to-plane terms between them, reduced
+ *  to a mean motion and a 6x6 information matrix. */
 struct RelativePoseTerm {
   std::size_t first = 0;
   std::size_t second = 0;
   Pose first_from_second = Pose::Identity();
-  /** Of increment(delta) * first_from_second; zero along directions that geometry leaves free. */
+  /** Of increment(delta) * first_from_second; zero along directions that geometry does not
+   *  constrain. */
   Matrix6d information = Matrix6d::Zero();
 };
 
-/** Which images an adjustment moves, and what it knows besides the tracks. */
+/** Images that an adjustment moves, and evidence besides the tracks. */
 struct BundleAdjustmentProblem {
-  /** Images whose pose is adjusted; their tracks and points take part. */
+  /** Images whose pose is adjusted. Their tracks and points take part. */
   std::vector<std::size_t> variable;
-  /** Images that take part but stay where they are. When this is empty the first variable image
-   *  is held, which fixes the gauge. */
+  /** Images that take part but keep their pose. When the list is empty, the first variable image
+   *  keeps its pose, which fixes the gauge. */
   std::vector<std::size_t> constant;
-  /** Dense evidence; terms with images outside both lists are ignored. */
+  /** Dense evidence. Terms with an image outside both lists are ignored. */
   std::vector<RelativePoseTerm> relative_poses;
-  /** Parameters of SparseModel::calibration() that are adjusted. */
+  /** Parameters of SparseModel::calibration() to adjust. */
   std::vector<CalibrationParameter> calibrated;
-  /** Whether the DepthError of the variable images is adjusted. */
+  /** True: the DepthError of each variable image is adjusted. */
   bool depth_errors = false;
-  /** Tracks with fewer observations by images that take part are left out. */
+  /** Tracks with fewer observations by images that take part are ignored. */
   std::size_t min_track_length = 2;
-  /** Leaves out the observations that isHeldBack(). */
+  /** True: observations that isHeldBack() are left out. */
   bool hold_back = false;
 };
 
-/** What solves an adjustment: both go down to the same cost. */
+/** Solver of an adjustment. Both solvers minimise the same cost. */
 enum class AdjustmentSolver {
-  /** The faster one. That is SCHUR: on no adjustment of any recording did Ceres come within 1.2
-   *  times its time (docs/benchmarks.md), so that there is no rule to choose by. */
+  /** The faster solver. That is SCHUR: on no adjustment of any recording did Ceres come within 1.2
+   *  times the time of SCHUR (docs/benchmarks.md), so no rule needs to choose. */
   AUTO,
   CERES, ///< Ceres Solver, in one thread
-  SCHUR, ///< the library's own, which eliminates points in parallel
+  SCHUR, ///< the library's own solver, which eliminates points in parallel
 };
 
 /** How an adjustment is solved. */
 struct BUNDLE_ICP_EXPORT BundleAdjustmentOptions {
   AdjustmentSolver solver = AdjustmentSolver::AUTO;
   int max_iterations = 30;
-  /** Scale of the Cauchy loss on residuals, each over its own sigma. */
+  /** Scale of the Cauchy loss on residuals, which are divided by their own sigma. */
   double loss_scale = 2;
-  /** Stops when an iteration lowers the cost by less than this share. */
+  /** The solver stops when an iteration lowers the cost by less than this share. */
   double function_tolerance = 1e-4;
-  /** Residuals of measured depth take part. */
+  /** True: residuals of measured depth take part. */
   bool use_depth = true;
   /** Prior standard deviation of each number of a DepthError [sigma of DepthNoise]. */
   double depth_error_deviation = 2;
-  /** Threads to use, 0 = all; the result does not depend on it. Ceres works in one whatever is said
-   *  here: with more it adds up in the order in which they finish. */
+  /** Threads to use, 0 = all. The result does not depend on the number. Ceres always uses one
+   *  thread: more threads would add up in the order in which they finish. */
   int num_threads = 0;
 
   bool
@@ -76,31 +77,31 @@ struct BundleAdjustmentResult {
   double final_cost = 0;
 };
 
-/** Prior standard deviations of the calibration: how far cameras as they are sold differ from their
- *  nominal values. Values near 0 are likely, and what the scan does not show stays there. */
+/** Prior standard deviations of the calibration: how far cameras as sold differ from their nominal
+ *  values. Values near 0 are likely. A value that the scan does not determine stays near 0. */
 BUNDLE_ICP_EXPORT const CalibrationVector&
 calibrationPrior();
 
-/** Whether an observation is kept back to test a calibration: a fifth of those in tracks of
- *  four or more, chosen by number. */
+/** True when an observation is held back to test a calibration: a fifth of the observations in
+ *  tracks of four or more, chosen by number. */
 BUNDLE_ICP_EXPORT bool
 isHeldBack(const ScenePoint& point, std::size_t index_in_track);
 
-/** Robust cost of the observations that isHeldBack(), of points that took part in the adjustment of
- *  `problem`: for each variable image, in their order. */
+/** Robust cost, for each variable image in their order, of the observations that isHeldBack(). Only
+ *  points that took part in the adjustment of `problem` count. */
 BUNDLE_ICP_EXPORT std::vector<double>
 heldBackCost(const ImageGraph& graph, const BundleAdjustmentProblem& problem,
              const BundleAdjustmentOptions& options, const SparseModel& model);
 
-/** Standard deviations of calibration parameters, given all that `problem` knows: from the inverse
- *  of the normal equations at the present state; 0 for those that are not adjusted. */
+/** Standard deviations of calibration parameters, given all evidence of `problem`: from the inverse
+ *  of the normal equations at the present state. 0 for parameters that are not adjusted. */
 BUNDLE_ICP_EXPORT CalibrationVector
 calibrationDeviations(const ImageGraph& graph, const BundleAdjustmentProblem& problem,
                       const BundleAdjustmentOptions& options, const SparseModel& model);
 
 /** Global (or local) bundle adjustment: moves poses and points to the minimum of the robust sum of
- *  squared pixel residuals, measured-depth residuals and dense relative poses; calibration and
- *  depth errors move where the problem says so, held near their priors. Levenberg-Marquardt, by
+ *  squared pixel residuals, measured-depth residuals and dense relative poses. Calibration and
+ *  depth errors move if `problem` says so; priors hold them. The method is Levenberg-Marquardt, by
  *  Ceres or with the points eliminated from the normal equations (Triggs et al., "Bundle adjustment
  *  - a modern synthesis", 6.1).
  *  \throws pcl::BadArgumentException for invalid options or unregistered images. */
@@ -108,9 +109,9 @@ BUNDLE_ICP_EXPORT BundleAdjustmentResult
 adjustBundle(const ImageGraph& graph, const BundleAdjustmentProblem& problem,
              const BundleAdjustmentOptions& options, SparseModel& model);
 
-/** Local bundle adjustment: the poses of `images` and the points that they see move; the
- *  `num_held` images that share most points with them take part, but are held. Its cost does not
- *  grow with the model. Does nothing when no other image shares a point with them.
+/** Local bundle adjustment: the poses of `images` and the points that these images see move. The
+ *  `num_held` images that share most points with them take part, but keep their poses. The time
+ *  does not grow with the model. Without an image that shares a point nothing happens.
  *  \throws as adjustBundle() */
 BUNDLE_ICP_EXPORT BundleAdjustmentResult
 adjustLocally(const ImageGraph& graph, const std::vector<std::size_t>& images, std::size_t num_held,

@@ -23,53 +23,51 @@ struct BUNDLE_ICP_EXPORT TrackingOptions {
     volume.truncation = 0.06;
   }
 
-  /** The model: coarser than for a mesh, so that noise averages out within a voxel. */
+  /** The model, with coarser voxels than for a mesh, so that noise averages out in them. */
   TSDFOptions volume;
-  /** How features are matched with those of the frame before. */
+  /** How features are matched with the features of the frame before. */
   MatchingOptions matching;
   VirtualDepthOptions depth;
-  /** Frames are aligned at a size reduced by this integer factor; the model gets them
-   * whole. */
+  /** Frames are reduced by this integer factor before alignment, but fused at full size. */
   int depth_reduction = 2;
-  /** Share of a frame's depth that must lie on the model; with less it is lost, and not
-   * fused: it would spoil the model. On TUM freiburg1_xyz nearly all right poses have
-   * 0.65 and more, wrong ones up to 0.55. */
+  /** Minimum share of a frame's depth that must lie on the model. With less the frame is lost and
+   *  not fused, because it would spoil the model. On TUM freiburg1_xyz nearly all right poses have
+   *  0.65 and more, wrong poses up to 0.55. */
   double min_overlap = 0.6;
-  /** The same, of a pose close to one that matched features agree on: they vouch for
-   * it. */
+  /** The same for a pose close to the pose of matched features, which confirm it. */
   double min_overlap_with_features = 0.3;
-  int num_threads = 0; ///< 0 = all; overrides those of the parts
+  int num_threads = 0; ///< 0 = all; overrides the num_threads of the fields above
 
   bool
   isValid(std::string* error = nullptr) const;
 };
 
-/** What became of a frame. */
+/** Outcome of a frame. */
 struct TrackedFrame {
   bool is_tracked = false;
-  std::string reason;                        ///< why it is lost
-  Pose world_from_camera = Pose::Identity(); ///< the world is the first frame's camera
-  std::size_t matches = 0;                   ///< of features, with the last tracked frame
-  std::size_t inliers = 0;                   ///< those that agree with the pose
-  double overlap = 0;                        ///< share of the depth that lies on the model
-  double icp_rmse = 0;                       ///< distance to the model [m]
+  std::string reason;                        ///< why the frame is lost
+  Pose world_from_camera = Pose::Identity(); ///< the world is the camera frame of the first frame
+  std::size_t matches = 0;                   ///< feature matches with the last tracked frame
+  std::size_t inliers = 0;                   ///< matches that agree with the pose
+  double overlap = 0;                        ///< share of the frame's depth that lies on the model
+  double icp_rmse = 0;                       ///< RMS distance to the model [m]
 };
 
-/** Frame-to-model tracking of KinectFusion (Newcombe et al., ISMAR 2011): each frame is
- * aligned by ICP with the ray-cast volume of all frames before, then fused into it.
+/** Frame-to-model tracking of KinectFusion (Newcombe et al., ISMAR 2011): ICP aligns each frame
+ *  with the ray-cast volume of all earlier frames, then the frame is fused into the volume.
  *
- *  ICP starts from the pose that features matched with the last tracked frame agree on,
- * where given and found; then from constant velocity; then from the last pose. The
- * first start that brings the frame onto the model serves, else the best. A frame that
- * cannot be aligned is lost: the next is tried from the last good pose. Poses are never
- * corrected later; frames have to come in the order of time.
+ *  ICP has up to three starts: the pose from features matched with the last tracked frame, if there
+ *  are features and such a pose; constant velocity; the last pose. The first start that brings the
+ *  frame onto the model counts, else the best start. A frame that cannot be aligned is lost, and
+ *  the next frame is tried from the last good pose. Poses are never corrected later. Frames have to
+ *  come in time order.
  *
- *  \code
- *  FrameToModelTracker tracker(dataset.camera());
- *  for (std::size_t i = 0; i < dataset.size(); ++i)
- *    if (const TrackedFrame frame = tracker.track(dataset.read(i)); frame.is_tracked)
- *      use(frame.world_from_camera);
- *  \endcode
+ *   \code
+ *   FrameToModelTracker tracker(dataset.camera());
+ *   for (std::size_t i = 0; i < dataset.size(); ++i)
+ *     if (const TrackedFrame frame = tracker.track(dataset.read(i)); frame.is_tracked)
+ *       use(frame.world_from_camera);
+ *   \endcode
  *
  *  The result does not depend on the number of threads. */
 class BUNDLE_ICP_EXPORT FrameToModelTracker {
@@ -82,7 +80,7 @@ public:
   ~FrameToModelTracker();
 
   /** Tracks the next frame; its time stamp gives the velocity.
-   *  \param features those of the frame for a visual start; none: depth alone
+   *  \param features of the frame, for a visual start; none: depth alone
    *  \throws pcl::BadArgumentException for images of wrong type or size. */
   TrackedFrame
   track(const RGBDFrame& frame, const Features& features = {});

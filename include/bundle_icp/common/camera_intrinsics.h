@@ -12,8 +12,8 @@ namespace bundle_icp {
 
 /** Pinhole camera with the distortion of OpenCV (k1, k2, p1, p2, k3).
  *
- *  Pixels follow OpenCV: the centre of the top left pixel is (0, 0). Distortion is removed
- *  by the reader; project() and unproject() are those of the ideal pinhole. */
+ *  Pixels follow OpenCV: the centre of the top left pixel is (0, 0). The reader of a recording
+ *  removes distortion; project() and unproject() belong to the ideal pinhole camera. */
 struct BUNDLE_ICP_EXPORT CameraIntrinsics {
   int width = 0;  ///< image width [px]
   int height = 0; ///< image height [px]
@@ -21,12 +21,12 @@ struct BUNDLE_ICP_EXPORT CameraIntrinsics {
   double fy = 0;  ///< focal length along y [px]
   double cx = 0;  ///< principal point x [px]
   double cy = 0;  ///< principal point y [px]
-  /** Radial (k) and tangential (p) distortion of the recorded images; 0 once undistorted. */
+  /** Radial (k) and tangential (p) distortion of the recorded images; 0 when undistorted. */
   double k1 = 0, k2 = 0, p1 = 0, p2 = 0, k3 = 0;
-  /** Of its depth images. Every step of a run takes it from the camera that it is given. */
+  /** Noise of the camera's depth images; every step of a run uses it. */
   DepthNoise depth_noise;
 
-  /** Pixel of a point in the camera frame (z > 0), without distortion. */
+  /** Pixel of a point in the camera frame [m] with z > 0, without distortion. */
   Eigen::Vector2d
   project(const Eigen::Vector3d& point) const
   {
@@ -54,24 +54,24 @@ struct BUNDLE_ICP_EXPORT CameraIntrinsics {
     return k1 != 0 || k2 != 0 || p1 != 0 || p2 != 0 || k3 != 0;
   }
 
-  /** The same camera with images reduced by an integer factor, each new pixel covering
-   *  factor x factor old ones. */
+  /** The same camera with images reduced by an integer factor: each new pixel covers factor x
+   *  factor old pixels. */
   CameraIntrinsics
   reduced(int factor) const;
 
-  /** The same camera without distortion: what the reader's frames have. */
+  /** The same camera without distortion: the camera of the frames that a reader returns. */
   CameraIntrinsics
   undistorted() const;
 
-  /** Checks that the numbers can belong to a camera: finite, sizes and focal lengths positive,
-   *  a field of view between 5 and 160 degrees, the principal point inside the image,
-   *  a valid depth_noise. */
+  /** Checks that the numbers can belong to a camera: finite, positive sizes and focal lengths, a
+   *  field of view between 5 and 160 degrees, the principal point inside the image, a valid
+   *  depth_noise. */
   bool
   isValid(std::string* error = nullptr) const;
 };
 
-/** Reads `fx,fy,cx,cy[,k1,k2,p1,p2,k3]`, commas or blanks; width and height stay 0.
- *  \throws pcl::BadArgumentException naming the text when it is anything else. */
+/** Reads `fx,fy,cx,cy[,k1,k2,p1,p2,k3]`, separated by commas or blanks; width and height stay 0.
+ *  \throws pcl::BadArgumentException naming the text when it has another form. */
 BUNDLE_ICP_EXPORT CameraIntrinsics
 parseIntrinsics(const std::string& text);
 

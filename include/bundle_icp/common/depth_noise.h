@@ -11,11 +11,11 @@ namespace bundle_icp {
 
 /** Standard deviation of a measured depth, equation (1) of the paper: sigma(z) = constant +
  *  quadratic (z - offset)^2, along the optical axis. The defaults are those of the first Kinect,
- *  see depthNoiseOf(). It is part of the camera (CameraIntrinsics::depth_noise): every weight and
- *  every threshold on depth in the library follows from it. */
+ *  see depthNoiseOf(). The noise is part of the camera (CameraIntrinsics::depth_noise). Every
+ *  weight and every threshold on depth in the library follows from it. */
 struct BUNDLE_ICP_EXPORT DepthNoise {
-  double constant = 0.0012;  ///< standard deviation at `offset`, the smallest one [m], > 0
-  double quadratic = 0.0019; ///< growth with the square of the distance from there [1/m], >= 0
+  double constant = 0.0012;  ///< smallest standard deviation, at depth `offset` [m], > 0
+  double quadratic = 0.0019; ///< growth with the square of the distance from `offset` [1/m], >= 0
   double offset = 0.4;       ///< depth of the smallest standard deviation [m]
 
   /** Standard deviation [m] at depth z [m]. */
@@ -30,7 +30,7 @@ struct BUNDLE_ICP_EXPORT DepthNoise {
   isValid(std::string* error = nullptr) const;
 };
 
-/** What is known of a kind of sensor; nothing for other names.
+/** Noise of a kind of sensor; unset for other names.
  *  - "kinect": structured light (Kinect, Xtion, PrimeSense). Nguyen, Izadi, Lovell, 3DIMPVT 2012.
  *  - "d400": active stereo (RealSense D435). Values of L. Kotsonis, as elevation_mapping has
  *    them for this form of the model; Intel's formula z^2 subpixel / (focal baseline) gives nearly
@@ -41,7 +41,7 @@ struct BUNDLE_ICP_EXPORT DepthNoise {
 BUNDLE_ICP_EXPORT std::optional<DepthNoise>
 depthNoiseOf(const std::string& sensor);
 
-/** The name by which depthNoiseOf() knows these numbers, or "custom". */
+/** The name for which depthNoiseOf() gives this noise, or "custom". */
 BUNDLE_ICP_EXPORT std::string
 sensorName(const DepthNoise& noise);
 

@@ -8,10 +8,10 @@
 
 namespace bundle_icp {
 
-/** A box that may be turned: where a surface is wanted. */
+/** A box in any orientation that limits a surface. */
 struct BUNDLE_ICP_EXPORT OrientedBox {
-  Pose world_from_box = Pose::Identity();         ///< its centre and axes
-  Eigen::Vector3d size = Eigen::Vector3d::Ones(); ///< lengths of its edges [m]
+  Pose world_from_box = Pose::Identity();         ///< centre and axes of the box
+  Eigen::Vector3d size = Eigen::Vector3d::Ones(); ///< lengths of the edges [m]
 
   OrientedBox() = default;
   OrientedBox(const Pose& pose, const Eigen::Vector3d& edges) : world_from_box(pose), size(edges) {}
@@ -24,18 +24,18 @@ struct BUNDLE_ICP_EXPORT OrientedBox {
     return ((world_from_box.inverse() * point).array().abs() <= 0.5 * size.array()).all();
   }
 
-  /** Smallest axis-aligned box of the world around it. */
+  /** Smallest axis-aligned box of the world that contains the box. */
   Eigen::AlignedBox3d
   bounds() const;
 
-  /** True when its axes are those of the world. */
+  /** True when the axes of the box are those of the world. */
   bool
   isAligned() const
   {
     return world_from_box.linear().isIdentity(0);
   }
 
-  /** True when it is finite, its edges are longer than 0 and its pose is rigid. */
+  /** True when the box is finite, its edges are longer than 0 and its pose is rigid. */
   bool
   isValid(std::string* error = nullptr) const;
 };

@@ -9,19 +9,18 @@
 
 namespace bundle_icp {
 
-/** A rigid motion. Variables say `target_from_source`: `world_from_camera * x_in_camera`
- *  is the point in the world. Camera frames follow OpenCV: x right, y down, z forward;
- *  metres. */
+/** A rigid motion. Variables are named `target_from_source`: `world_from_camera * x_in_camera` is
+ *  the point in the world. Camera frames follow OpenCV: x right, y down, z forward; metres. */
 using Pose = Eigen::Isometry3d;
 
 /** A small motion: rotation vector [rad] first, translation [m] second. */
 using Vector6d = Eigen::Matrix<double, 6, 1>;
-/** A quadratic form over a Vector6d, in the same order. */
+/** A quadratic form over a Vector6d, in the order of Vector6d. */
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
-/** The motion (exp(rotation vector), translation): rotation and translation are kept apart,
- *  so that small motions compose as they add, to first order. An information matrix in this
- *  library is that of such a motion applied on the left: `increment(delta) * pose`. */
+/** The motion (exp(rotation vector), translation). Rotation and translation are kept apart, so that
+ *  small motions compose by addition, to first order. An information matrix in this library is that
+ *  of such a motion applied on the left: `increment(delta) * pose`. */
 BUNDLE_ICP_EXPORT Pose
 increment(const Vector6d& delta);
 
@@ -29,7 +28,7 @@ increment(const Vector6d& delta);
 BUNDLE_ICP_EXPORT Vector6d
 logarithm(const Pose& pose);
 
-/** Angle of the pose's rotation, [0, pi] rad. */
+/** Angle of the pose's rotation [rad], 0 to pi. */
 BUNDLE_ICP_EXPORT double
 rotationAngle(const Pose& pose);
 
@@ -42,7 +41,7 @@ crossMatrix(const Eigen::Vector3d& v);
 BUNDLE_ICP_EXPORT bool
 isRigid(const Eigen::Matrix4d& matrix, double tolerance = 1e-3);
 
-/** The closest rigid motion to a matrix that isRigid(): its rotation is orthonormalised. */
+/** The rigid motion closest to a matrix that isRigid(): the rotation is orthonormalised. */
 BUNDLE_ICP_EXPORT Pose
 closestPose(const Eigen::Matrix4d& matrix);
 

@@ -8,15 +8,15 @@
 
 namespace bundle_icp {
 
-/** How far a long call has come. */
+/** Progress of a long call. */
 struct Progress {
-  std::string stage;     ///< what is being done, for example "features"
+  std::string stage;     ///< name of the stage, for example "features"
   std::size_t done = 0;  ///< steps done in this stage
   std::size_t total = 0; ///< steps of this stage, 0 when unknown
 };
 
-/** Called by the thread that made the call, never by several at once. Returning false asks
- *  the call to stop; it then returns what it has. May be empty. */
+/** Callback in the thread of the long call, never in several threads at once. Returning false asks
+ *  the call to stop; the call then returns what it has. The callback may be empty. */
 using ProgressCallback = std::function<bool(const Progress&)>;
 
 } // namespace bundle_icp

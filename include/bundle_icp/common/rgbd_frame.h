@@ -7,8 +7,8 @@
 
 namespace bundle_icp {
 
-/** One image of the scan: colour and depth of the same size, registered to each other, of an
- *  ideal pinhole camera (the reader removes distortion). */
+/** One frame of the scan: a colour and a depth image of the same size, registered to each other, of
+ *  an ideal pinhole camera (the reader removes distortion). */
 struct RGBDFrame {
   std::size_t id = 0;   ///< number of the frame in the recording, unique; gaps are allowed
   double timestamp = 0; ///< [s]

@@ -18,13 +18,13 @@ struct PointPair {
   double weight = 1;      ///< 1 / variance of one coordinate of the difference [1/m^2], > 0
 };
 
-/** How robustRigidAlignment() looks for the motion. */
+/** Options of robustRigidAlignment(). */
 struct BUNDLE_ICP_EXPORT RigidAlignmentOptions {
-  /** Pairs whose distance is at most this many of their standard deviations are inliers. */
+  /** Pairs whose distance is at most this many standard deviations of the pair are inliers. */
   double inlier_sigmas = 3.5;
-  /** At most so many random samples of three pairs. */
+  /** Maximum number of random samples of three pairs. */
   int max_samples = 500;
-  /** Samples are drawn until an all-inlier one was among them with this probability. */
+  /** Sampling stops when at least one sample had only inliers with this probability. */
   double confidence = 0.999;
   std::uint64_t seed = 0;
 
@@ -34,20 +34,20 @@ struct BUNDLE_ICP_EXPORT RigidAlignmentOptions {
 
 /** Result of robustRigidAlignment(). */
 struct RigidAlignment {
-  bool success = false; ///< at least three inliers, farther from a line than their errors are large
+  bool success = false; ///< at least three inliers, whose distance from a line exceeds their errors
   Pose target_from_source = Pose::Identity();
   std::vector<std::size_t> inliers; ///< ascending indices of pairs
 };
 
-/** The motion that minimises the weighted sum of squared distances (Horn 1987; Umeyama 1991
- *  without scale); unset when the points lie on a line.
- *  \param weights in place of those of the pairs, when given */
+/** The motion that minimises the weighted sum of squared distances (Horn 1987; Umeyama 1991 without
+ *  scale); unset when the points lie on a line.
+ *  \param weights replace the weights of the pairs, when given */
 BUNDLE_ICP_EXPORT std::optional<Pose>
 rigidAlignment(const std::vector<PointPair>& pairs, const std::vector<double>& weights = {});
 
-/** The motion that most pairs agree on: RANSAC over samples of three, scored by a truncated
- *  quadratic cost (MSAC), then least squares with Tukey's biweight. The result depends on nothing
- *  but the arguments.
+/** The motion that most pairs support: RANSAC over samples of three, scored by a truncated
+ *  quadratic cost (MSAC), then least squares with Tukey's biweight. The result depends only on the
+ *  arguments.
  *  \throws pcl::BadArgumentException for invalid options. */
 BUNDLE_ICP_EXPORT RigidAlignment
 robustRigidAlignment(const std::vector<PointPair>& pairs,

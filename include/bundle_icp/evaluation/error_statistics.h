@@ -9,14 +9,14 @@
 
 namespace bundle_icp {
 
-/** RMSE, mean, median and maximum of a set of errors, in the errors' own unit. */
+/** RMSE, mean, median and maximum of a set of errors, in the unit of the errors. */
 struct ErrorStatistics {
   double rmse = 0, mean = 0, median = 0, max = 0;
   std::size_t count = 0;
 };
 
-/** Statistics of errors (not negative, any order); of an even number the median is the
- * mean of the two in the middle. All 0 when there is none. */
+/** Statistics of errors (not negative, any order). The median of an even number of errors is the
+ *  mean of the middle two. All values are 0 when there are no errors. */
 BUNDLE_ICP_EXPORT ErrorStatistics
 errorStatistics(std::vector<double> errors);
 

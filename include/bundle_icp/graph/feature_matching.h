@@ -13,10 +13,10 @@
 
 namespace bundle_icp {
 
-/** How nearest descriptors are found. Both give FeatureMatch lists of the same meaning. */
+/** Search for nearest descriptors. Both back ends give FeatureMatch lists of the same meaning. */
 enum class MatchingBackend {
-  EXACT, ///< all products of descriptors, a matrix product in integer arithmetic
-  KDTREE ///< approximate: a kd-tree (pcl::search::FlannSearch) that is the same in every run
+  EXACT, ///< all products of descriptors, as a matrix product in integer arithmetic
+  KDTREE ///< approximate: a kd-tree (pcl::search::FlannSearch), the same in every run
 };
 
 /** Name of a back end: exact, kdtree. */
@@ -27,12 +27,12 @@ toString(MatchingBackend backend);
 BUNDLE_ICP_EXPORT std::optional<MatchingBackend>
 parseMatchingBackend(const std::string& name);
 
-/** How images are matched and matches verified. */
+/** How images are matched and how matches are verified. */
 struct BUNDLE_ICP_EXPORT MatchingOptions {
   MatchingBackend backend = MatchingBackend::EXACT;
-  /** A match's distance must be less than this times that of the second best. */
+  /** Upper bound of the ratio between a match's distance and the second best distance. */
   double ratio = 0.8;
-  /** M_th of equation (5): pairs with fewer verified matches are no edge. */
+  /** M_th of equation (5): a pair with fewer verified matches gives no edge. */
   std::size_t min_matches = 15;
   /** Geometric verification: 3D-3D RANSAC, thresholds in sigmas of the depth noise. */
   RigidAlignmentOptions verification;
@@ -49,7 +49,7 @@ struct FeatureMatch {
   int second = 0;
 };
 
-/** M_ij of equation (3): the verified matches of two images, and the motion they agree on. */
+/** M_ij of equation (3): the verified matches of two images, and the motion that they support. */
 struct FramePair {
   std::size_t first = 0;
   std::size_t second = 0;
@@ -58,19 +58,19 @@ struct FramePair {
   std::size_t num_putative = 0; ///< matches before verification
 };
 
-/** One-to-one matches that pass ratio and mutual test; ascending in `first`. */
+/** One-to-one matches that pass the ratio test and the mutual test; ascending in `first`. */
 BUNDLE_ICP_EXPORT std::vector<FeatureMatch>
 matchDescriptors(const cv::Mat& first, const cv::Mat& second, const MatchingOptions& options = {});
 
-/** Keeps the matches that agree on one rigid motion between measured points. Empty matches when
- *  fewer than options.min_matches do. */
+/** Keeps the matches that agree on one rigid motion between measured points. The result has no
+ *  matches when fewer than options.min_matches agree. */
 BUNDLE_ICP_EXPORT FramePair
 verifyMatches(const Features& first, const Features& second,
               const std::vector<FeatureMatch>& putative, const CameraIntrinsics& camera,
               const MatchingOptions& options = {});
 
-/** Matches and verifies the candidate pairs (indices into `features`), in parallel; gives those
- *  with an edge, in the order of the candidates. The result does not depend on threads.
+/** Matches and verifies the candidate pairs (indices into `features`) in parallel. Returns the
+ *  pairs with an edge, in the order of the candidates. The result does not depend on the threads.
  *  \throws pcl::BadArgumentException for invalid options or indices. */
 BUNDLE_ICP_EXPORT std::vector<FramePair>
 matchPairs(const std::vector<const Features*>& features, const CameraIntrinsics& camera,

@@ -16,44 +16,43 @@ namespace bundle_icp {
 struct BUNDLE_ICP_EXPORT ImageGraphOptions {
   MatchingOptions matching;
   RetrievalOptions retrieval;
-  /** Up to so many images every pair is matched; beyond it, key images are chosen that cover
-   *  the scan, and matching stays linear in the number of images. */
+  /** Largest number of images of which every pair is matched. With more images, key images are
+   *  chosen that cover the scan, and the cost of matching is linear in the number of images. */
   std::size_t exhaustive_limit = 300;
-  /** Every image has a key image at least so similar, as a share of the similarity that is typical
-   *  of images that show the same, ImageRetrieval::typicalSimilarity(): 0 ... 1. Lower is faster,
-   *  and leaves long scans less well connected. */
+  /** Minimum similarity of every image to a key image, 0 ... 1, as a share of
+   *  ImageRetrieval::typicalSimilarity(), that of images of the same place. A lower value is
+   *  faster, but connects long scans less well. */
   double key_similarity = 0.75;
-  /** Each image is matched with so many most similar key images (beyond exhaustive_limit). */
+  /** Number of similar key images that each image is matched with (beyond exhaustive_limit). */
   std::size_t num_similar = 12;
-  /** Each key image is matched with so many most similar key images. */
+  /** Number of similar key images that each key image is matched with. */
   std::size_t num_similar_keys = 60;
-  /** Each image is matched with so many images before and after it in time, when the order in
+  /** Number of images before and after in time that each image is matched with, when the order in
    *  time is known. */
   std::size_t num_neighbours_in_time = 2;
-  /** An image whose sharpness is below this share of the median of the images that it has an edge
-   *  with is left out as blurred. */
+  /** An image counts as blurred and is left out when its sharpness is below this share of the
+   *  median sharpness of its neighbours in the graph. */
   double min_relative_sharpness = 0.3;
 
   bool
   isValid(std::string* error = nullptr) const;
 };
 
-/** An image to be added to the graph. */
+/** An image to add to the graph. */
 struct ImageNode {
   Features features;
   double timestamp = 0; ///< [s]
 };
 
-/** An edge as seen from one of its nodes. */
+/** An edge, seen from one of its nodes. */
 struct ImageEdge {
   std::size_t neighbour = 0;
-  const FramePair* pair = nullptr; ///< pair->first or pair->second is the node itself
+  const FramePair* pair = nullptr; ///< the node is pair->first or pair->second
 };
 
 /** The image graph of section 2.1: nodes N_i with their features, edges E_ij with their matches
- *  M_ij where |M_ij| >= M_th (equation 5). Indices count the images in the order in which
- *  they were appended. Const but for append() and
- *  releaseDescriptors(). */
+ *  M_ij where |M_ij| >= M_th (equation 5). An image's index is its place in the order of append().
+ *  Only append() and releaseDescriptors() change the graph. */
 class BUNDLE_ICP_EXPORT ImageGraph {
 public:
   using Ptr = std::shared_ptr<ImageGraph>;
@@ -66,18 +65,18 @@ public:
   ImageGraph&
   operator=(ImageGraph&&) noexcept;
 
-  /** Adds images and matches them with each other and with those already there. Pointers and
+  /** Adds images and matches them with each other and with the images of the graph. Pointers and
    *  references to existing nodes and edges become invalid.
-   *  \param ordered_in_time whether close time stamps make two images likely neighbours.
-   *  \return false when `progress` asked to stop: then edges are missing.
+   *  \param ordered_in_time true when close time stamps make two images likely neighbours
+   *  \return false when `progress` asked to stop; edges are then missing.
    *  \throws pcl::BadArgumentException after releaseDescriptors(). */
   bool
   append(std::vector<ImageNode> images, bool ordered_in_time,
          const ProgressCallback& progress = {});
 
-  /** Frees the descriptors, the largest part of a graph: no more images can be appended.
-   *  \param keep_key_images leaves those of key images, with which a mapper finds further matches.
-   *  */
+  /** Frees the descriptors, the largest part of a graph. Afterwards no images can be appended.
+   *  \param keep_key_images keeps the descriptors of key images: a mapper finds further matches
+   *  with them. */
   void
   releaseDescriptors(bool keep_key_images = false);
 
@@ -93,7 +92,7 @@ public:
   double
   timestamp(std::size_t image) const;
 
-  /** Edges of a node, ascending by neighbour. */
+  /** Edges of a node in ascending order of the neighbour. */
   std::vector<ImageEdge>
   edges(std::size_t image) const;
 
@@ -104,11 +103,11 @@ public:
   std::size_t
   correspondences(std::size_t image) const;
 
-  /** True for images chosen to cover the scan; all are when every pair was matched. */
+  /** True for images chosen to cover the scan; true for all images when every pair was matched. */
   bool
   isKey(std::size_t image) const;
 
-  /** Why an image takes no part ("no other image ...", "blurred: ..."); empty when it does. */
+  /** Why an image is left out ("no other image ...", "blurred: ..."); empty when it takes part. */
   const std::string&
   exclusion(std::size_t image) const;
 

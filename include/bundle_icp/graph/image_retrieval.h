@@ -10,11 +10,11 @@
 
 namespace bundle_icp {
 
-/** How images are described as a whole. */
+/** How ImageRetrieval describes whole images. */
 struct BUNDLE_ICP_EXPORT RetrievalOptions {
-  /** Words of the vocabulary, trained on the scan itself. */
+  /** Number of words of the vocabulary, which is trained on the scan itself. */
   int vocabulary_size = 32;
-  /** Descriptors that the vocabulary is trained on. */
+  /** Number of descriptors that train the vocabulary. */
   int training_size = 8000;
   /** Threads to use, 0 = all. */
   int num_threads = 0;
@@ -32,7 +32,7 @@ public:
   explicit ImageRetrieval(const std::vector<const Features*>& images,
                           const RetrievalOptions& options = {});
 
-  /** Describes one more image; it gets the next index. */
+  /** Describes one more image and gives it the next index. */
   void
   add(const Features& image);
 
@@ -43,25 +43,25 @@ public:
     return descriptors_.size();
   }
 
-  /** Cosine of two images' descriptors: 1 = same, about 0 = unrelated. */
+  /** Cosine between the descriptors of two images: 1 = same, about 0 = unrelated. */
   float
   similarity(std::size_t i, std::size_t j) const
   {
     return descriptors_[i].dot(descriptors_[j]);
   }
 
-  /** The `count` images most similar to `query` among `among`, best first, itself left out. */
+  /** The `count` images of `among` most similar to `query`, best first, without `query`. */
   std::vector<std::size_t>
   mostSimilar(std::size_t query, const std::vector<std::size_t>& among, std::size_t count) const;
 
-  /** What images that show the same have in common in this scan: the median, over up to 100 images
-   *  drawn evenly, of the similarity with the image most similar to each. Noise of the camera
-   *  lowers it, and all other similarities with it. 0 for fewer than two images. */
+  /** Typical similarity of images that show the same place in this scan: the median, over up to 100
+   *  images drawn evenly, of each image's similarity to its most similar image. Camera noise lowers
+   *  it together with all other similarities. 0 for fewer than two images. */
   float
   typicalSimilarity() const;
 
-  /** A subset such that every image has one in it that is at least `similarity` alike: the
-   *  greedy k-centre choice (Gonzalez 1985), starting with image `first`. Ascending. */
+  /** An ascending subset: each image is at least `similarity` alike to an image of the subset. The
+   *  greedy k-centre choice (Gonzalez 1985), starting with image `first`. */
   std::vector<std::size_t>
   cover(std::size_t first, double similarity) const;
 

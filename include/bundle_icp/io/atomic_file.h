@@ -9,11 +9,11 @@
 
 namespace bundle_icp {
 
-/** Writes a file so that it appears whole or not at all: `write` is given the name of a
- *  temporary file in the same folder with the same extension, which is synchronised to
- * disk and then renamed. When `write` throws, or the disk is full, the temporary file
- * is removed, what was at `path` stays, and the error is passed on. \throws
- * pcl::IOException naming `path` and the reason. */
+/** Writes a file that appears whole or not at all: `write` gets the name of a temporary file in the
+ *  same folder with the same extension. The temporary file is synchronised to disk and then renamed
+ *  to `path`. When `write` throws or the disk is full, the temporary file is removed, an older file
+ *  at `path` stays, and the error is passed on.
+ *  \throws pcl::IOException naming `path` and the reason. */
 BUNDLE_ICP_EXPORT void
 writeAtomically(const std::string& path,
                 const std::function<void(const std::string& temporary_path)>& write);

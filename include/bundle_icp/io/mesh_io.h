@@ -15,24 +15,24 @@ namespace bundle_icp {
 BUNDLE_ICP_EXPORT std::vector<std::string>
 meshFormats();
 
-/** Writes a mesh, or a cloud as a mesh without faces, in the format that the extension of `path`
- *  says:
- *  - .ply, binary: the fields of the mesh's cloud under their names but for curvature, normals as
- *    nx, ny, nz, colours as uchar red, green, blue; faces as lists of int
- *  - .obj, text: places and normals, faces
- *  - .stl, binary: triangles with their normals, polygons cut into triangles
+/** Writes a mesh, or a cloud as a mesh without faces. The extension of `path` gives the format:
+ *  - .ply, binary: fields of the mesh's cloud under their own names, without curvature; normals as
+ *    nx, ny, nz; colours as uchar red, green, blue; faces as lists of int
+ *  - .obj, text: positions, normals, faces
+ *  - .stl, binary: triangles with their normals; polygons are cut into triangles
  *
  *  The file appears whole or not at all.
- *  \throws pcl::BadArgumentException for another extension, when the cloud has no x, y, z as 32 bit
- *  floats, its size is inconsistent, or a face has more than 255 corners or names a vertex that
- *  does not exist; in OBJ, when there is no vertex, or a face without corners.
+ *  \throws pcl::BadArgumentException for another extension, a cloud without x, y, z as 32 bit
+ *  floats or of inconsistent size, a face with more than 255 corners or a vertex that does not
+ *  exist; in OBJ also for no vertices or a face without corners.
  *  \throws pcl::IOException naming `path` and the reason. */
 BUNDLE_ICP_EXPORT void
 writeMesh(const std::string& path, const pcl::PolygonMesh& mesh);
 
-/** Reads a PLY file, binary or text, of this library, PCL or others: every number of a vertex as a
- *  field of 32 bit floats, nx, ny, nz as normal_x, normal_y, normal_z, red, green, blue as rgb.
- *  \throws pcl::IOException naming `path` and what is wrong with it. */
+/** Reads a PLY file, binary or text, from this library, PCL or other programs. Each number of a
+ *  vertex becomes a field of 32 bit floats; nx, ny, nz become normal_x, normal_y, normal_z; red,
+ *  green, blue become rgb.
+ *  \throws pcl::IOException naming `path` and what is wrong with the file. */
 BUNDLE_ICP_EXPORT pcl::PolygonMesh
 readMesh(const std::string& path);
 

@@ -16,41 +16,42 @@ namespace bundle_icp {
 
 /** How openDataset() reads a recording. */
 struct BUNDLE_ICP_EXPORT DatasetOptions {
-  /** Intrinsics of the recorded images, distortion included, instead of those of the
-   * format; width and height may be 0: then those of the images. */
+  /** Intrinsics of the recorded images, distortion included; unset = the format's. If width and
+   *  height are 0, the size of the images counts. */
   std::optional<CameraIntrinsics> intrinsics;
-  /** Of the depth images, instead of that of the intrinsics, which unless set is the Kinect's. */
+  /** Noise of the depth images; unset = that of the intrinsics, which is the Kinect's by
+   *  default. */
   std::optional<DepthNoise> depth_noise;
-  /** Units of the depth images per metre, instead of that of the format (TUM 5000,
-   * 7-Scenes and Open3D 1000). */
+  /** Units of the depth images per metre; unset = the format's (TUM 5000, 7-Scenes and Open3D
+   *  1000). */
   std::optional<double> depth_scale;
-  /** Depth is multiplied by this: true over measured length (Calibration::depth_scale). */
+  /** Factor that multiplies all depth: true over measured length (Calibration::depth_scale). */
   double depth_factor = 1;
-  /** Takes every n-th frame, counted over the frames that the recording has. */
+  /** Takes every n-th frame of the recording. */
   std::size_t stride = 1;
-  /** At most so many frames (after the stride); 0 = all. */
+  /** Maximum number of frames after the stride; 0 = all. */
   std::size_t max_frames = 0;
-  /** Gives the frames in a random order drawn from this seed. They keep their stamps. */
+  /** Seed of a random order of the frames; unset = their own order. Frames keep their time
+   *  stamps. */
   std::optional<std::uint64_t> shuffle_seed;
-  /** Largest time between a colour and a depth image of one frame [s] (TUM layout). */
+  /** Largest time between the colour and the depth image of a frame [s] (TUM layout). */
   double max_time_difference = 0.02;
-  /** Removes the distortion from depth as from colour, as is right where the sensor's
-   * driver registered depth to the distorted colour image. */
+  /** True: the distortion is removed from depth as from colour. Right where the sensor's driver
+   *  registered depth to the distorted colour image. */
   bool undistort_depth = true;
 
   bool
   isValid(std::string* error = nullptr) const;
 };
 
-/** A file that a recording names or has, but that cannot be used, and why. */
+/** A file of a recording that cannot be used, and the reason. */
 struct SkippedFile {
   std::string file;
   std::string reason;
 };
 
-/** Frames of one camera, read one at a time. A subclass makes any source of frames
- * usable by reconstruct(). All const methods may be called from several threads at
- * once. */
+/** Frames of one camera, read one at a time. reconstruct() accepts any source of frames that has a
+ *  subclass. Several threads may call all const methods at once. */
 class BUNDLE_ICP_EXPORT RGBDDataset {
 public:
   using Ptr = std::shared_ptr<RGBDDataset>;
@@ -62,30 +63,28 @@ public:
   virtual std::size_t
   size() const = 0;
 
-  /** Camera of the frames that read() gives: without distortion. */
+  /** Camera of the frames that read() returns, without distortion. */
   virtual const CameraIntrinsics&
   camera() const = 0;
 
-  /** Number of frame `index` in the recording (RGBDFrame::id), known without reading
-   * it. */
+  /** Number of frame `index` in the recording (RGBDFrame::id), known before the frame is read. */
   virtual std::size_t
   id(std::size_t index) const = 0;
 
-  /** Time stamp of frame `index` [s], known without reading it. */
+  /** Time stamp of frame `index` [s], known before the frame is read. */
   virtual double
   timestamp(std::size_t index) const = 0;
 
-  /** What frame `index` is called in messages: its colour file, for example. */
+  /** Name of frame `index` in messages, for example its colour file. */
   virtual std::string
   name(std::size_t index) const = 0;
 
   /** Reads frame `index`: colour and depth undistorted, depth in metres.
-   *  \throws pcl::IOException naming the file and what is wrong with it. */
+   *  \throws pcl::IOException naming the file and what is wrong with the file. */
   virtual RGBDFrame
   read(std::size_t index) const = 0;
 
-  /** False when neighbouring indices and stamps say nothing about neighbouring views.
-   */
+  /** False when neighbouring indices and stamps do not mean neighbouring camera positions. */
   virtual bool
   isOrdered() const
   {
@@ -99,15 +98,14 @@ public:
     return "memory";
   }
 
-  /** True poses, when the recording has them; empty otherwise. */
+  /** True poses; empty when the recording has none. */
   virtual Trajectory
   groundTruth() const
   {
     return {};
   }
 
-  /** Files that the recording names but that are absent, found no partner or hold no
-   * pose. */
+  /** Files that the recording names, but that are absent, have no partner or hold no pose. */
   virtual std::vector<SkippedFile>
   skipped() const
   {
@@ -115,31 +113,28 @@ public:
   }
 };
 
-/** Opens a recording and recognises its format from the folder:
- *  - TUM RGB-D: `rgb.txt`, `depth.txt`, optionally `groundtruth.txt`. Colour and depth
- * are associated by time, greedily, closest first, as the benchmark's script does; a
- * frame's id is the number of its line in `rgb.txt`. Intrinsics from `intrinsics.txt`
- * (a line `fx fy cx cy [k1 k2 p1 p2 k3]`, optionally a line `depth_scale
- * UNITS_PER_METRE`), else those of the benchmark's cameras for folders with freiburg1,
- * freiburg2 or freiburg3 in the name.
- *  - 7-Scenes and 3DMatch: `frame-000000.color.{png,jpg}`, `.depth.png`, `.pose.txt`;
- * intrinsics from `camera-intrinsics.txt` in the folder or the one above, else those of
- * 7-Scenes. With the latter's camera (585 px), colour is warped into the depth camera,
- * to which the poses belong. Poses that are not rigid are left out, and listed in
- * skipped().
- *  - Open3D and Redwood: `color/` (`image/`, `rgb/`), `depth/`, paired by the numbers
- * in their names, or by order where these do not tell them apart; `intrinsic.json`
- * (`camera_intrinsic.json`), column-major, as Open3D writes it.
+/** Opens a recording. The content of the folder tells its format:
+ *  - TUM RGB-D: `rgb.txt`, `depth.txt`, optionally `groundtruth.txt`. Colour and depth are
+ *    associated by time, greedily, closest first, as the benchmark's script does. A frame's id is
+ *    the number of its line in `rgb.txt`. Intrinsics come from `intrinsics.txt` (a line `fx fy cx
+ *    cy [k1 k2 p1 p2 k3]`, optionally a line `depth_scale UNITS_PER_METRE`); without the file, a
+ *    folder name with freiburg1, freiburg2 or freiburg3 selects the benchmark's camera.
+ *  - 7-Scenes and 3DMatch: `frame-000000.color.{png,jpg}`, `.depth.png`, `.pose.txt`. Intrinsics
+ *    come from `camera-intrinsics.txt` in the folder or its parent, else 7-Scenes' own camera (585
+ *    px) serves; colour is then warped into the depth camera, to which the poses belong. Poses that
+ *    are not rigid are left out and listed in skipped().
+ *  - Open3D and Redwood: `color/` (`image/`, `rgb/`), `depth/`, paired by the numbers in their
+ *    names, or by order where the numbers are ambiguous; `intrinsic.json`
+ *    (`camera_intrinsic.json`), column-major, as Open3D writes it.
  *
- *  The options' intrinsics and depth scale have precedence. Intrinsics are never
- * invented: when neither options, file nor format give them, this throws. Depth of 0 or
- * 65535 units is not measured. Without time stamps, frame n is taken at n / 30 s.
- * Frames are read until one is good: files that cannot be decoded do no harm here, and
- * make read() throw for their frame. \throws pcl::IOException naming folder or file and
- * reason: folder missing or empty, format unknown, no overlap in time, sizes that
- * differ, 8-bit depth, a colour image in place of depth, no readable frame, intrinsics
- * unknown. \throws pcl::BadArgumentException for invalid options or impossible
- * intrinsics. */
+ *  The options' intrinsics and depth scale have precedence. Intrinsics are never invented:
+ *  openDataset() throws when neither options, file nor format give them. Depth of 0 or 65535 units
+ *  is not measured. Without time stamps, frame n is taken at n / 30 s. Frames are read until one is
+ *  good: a file that cannot be decoded does no harm here, but read() throws for its frame.
+ *  \throws pcl::IOException naming folder or file and reason: folder missing or empty, format
+ *  unknown, no overlap in time, sizes that differ, 8-bit depth, a colour image in place of depth,
+ *  no readable frame, intrinsics unknown.
+ *  \throws pcl::BadArgumentException for invalid options or impossible intrinsics. */
 BUNDLE_ICP_EXPORT RGBDDataset::Ptr
 openDataset(const std::string& path, const DatasetOptions& options = {});
 

@@ -8,16 +8,15 @@
 
 namespace bundle_icp {
 
-/** When decimateMesh() ends: at whichever limit it meets first. Without any it leaves the mesh
- *  as it is. */
+/** Limits of decimateMesh(): the first limit that it meets ends it. Without a limit the mesh does
+ *  not change. */
 struct BUNDLE_ICP_EXPORT MeshDecimationOptions {
   std::size_t max_triangles =
-      0; ///< ends with so many or, boundaries permitting, fewer; 0 = no goal
-  /** No vertex of the mesh that came in gets farther than this from the mesh that goes out
-   *  [m]; 0 = no limit. */
+      0; ///< wanted number of triangles; boundaries may need fewer; 0 = no goal
+  /** Largest distance of a vertex of the input mesh from the output mesh [m]; 0 = no limit. */
   double max_error = 0;
 
-  /** True when there is a limit to work towards. */
+  /** True when there is a limit. */
   bool
   isActive() const
   {
@@ -28,19 +27,19 @@ struct BUNDLE_ICP_EXPORT MeshDecimationOptions {
   isValid(std::string* error = nullptr) const;
 };
 
-/** What became of a mesh, and by how much it deviates. */
+/** Result of decimateMesh(), with the deviation of the mesh. */
 struct MeshDecimationResult {
   std::size_t triangles_before = 0, triangles_after = 0;
-  /** Largest and root mean square distance of the vertices before to the mesh after [m]:
-   *  what was lost. Of upper bounds: each vertex is compared with the triangles that took the
-   *  place of its own. */
+  /** Lost surface: largest and root mean square distance of the input vertices to the output mesh
+   *  [m], from upper bounds: each vertex is compared with the triangles that replaced its own
+   *  triangles. */
   double max_error = 0, rms_error = 0;
-  /** Largest distance of vertices, middles of edges and of triangles after to the mesh before
-   *  [m]: what was made up. Of upper bounds: each is compared with the triangles around the
-   *  nearest vertex before. */
+  /** Invented surface: largest distance of vertices, edge centres and triangle centres of the
+   *  output to the input mesh [m], from upper bounds: each point is compared with the triangles
+   *  around the nearest input vertex. */
   double max_reverse_error = 0;
 
-  /** The stated error: the larger of both directions [m]. */
+  /** The stated error: the larger of max_error and max_reverse_error [m]. */
   double
   statedError() const
   {
@@ -51,11 +50,11 @@ struct MeshDecimationResult {
 /** Collapses edges in the order of their quadric error (Garland and Heckbert, Surface
  *  simplification using quadric error metrics, SIGGRAPH 1997) as long as the limits permit.
  *
- *  Boundaries move only along themselves, no triangle turns over or loses its area, the
- *  surface keeps its topology. Normals, colours, weights and deviations are interpolated
- *  along the collapsed edges. Serial, hence the same with any number of threads.
- *  \throws pcl::BadArgumentException for invalid options, lists whose sizes differ, triangles
- *  that name no vertex, vertices that are not finite. */
+ *  Boundaries move only along themselves, no triangle turns over or loses its area, and the surface
+ *  keeps its topology. Normals, colours, weights and deviations are interpolated along the
+ *  collapsed edges. The function is serial, so the result is the same for any number of threads.
+ *  \throws pcl::BadArgumentException for invalid options, lists of different size, triangles that
+ *  name no vertex, or vertices that are not finite. */
 BUNDLE_ICP_EXPORT MeshDecimationResult
 decimateMesh(SurfaceMesh& mesh, const MeshDecimationOptions& options);
 

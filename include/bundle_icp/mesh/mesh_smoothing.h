@@ -8,10 +8,10 @@
 
 namespace bundle_icp {
 
-/** How far smoothMesh() goes. */
+/** Strength of smoothMesh(). */
 struct BUNDLE_ICP_EXPORT MeshSmoothingOptions {
-  /** Each lets vertices move towards what their neighbours say, 0 (the mesh stays as it is) to
-   *  1000. What is smoothed is about sqrt(iterations) edges wide. */
+  /** Number of passes, 0 (no change) to 1000. Each pass moves vertices towards the surface of their
+   *  neighbours. Smoothing reaches about sqrt(iterations) edges. */
   int iterations = 2;
   int num_threads = 0; ///< 0 = all
 
@@ -20,21 +20,21 @@ struct BUNDLE_ICP_EXPORT MeshSmoothingOptions {
   isValid(std::string* error = nullptr) const;
 };
 
-/** Takes the noise off a mesh that says how noisy it is, and nothing else.
+/** Removes the noise from a mesh with known standard deviations, and changes nothing else.
  *
- *  Normals become the mean of those around that point the same way. Then vertices move along
- *  them, towards the surface that their neighbours lie on, by the mean of
+ *  First, normals become the mean of the surrounding normals that point the same way. Then vertices
+ *  move along their normals towards the surface of their neighbours, by the mean of
  *    (n_i + n_j) . (p_j - p_i) / 2
- *  which is zero on planes, spheres and cylinders, so that round things do not shrink. Each
- *  neighbour counts by the inverse of its variance, less the farther it is off in standard
- *  deviations (Tukey's biweight), and not at all beyond three: edges and steps that the
- *  measurements tell from noise stay. Vertices move along normals only, so that triangles keep
- *  their extent along the surface. The result is the same for any number of threads.
+ *  which is zero on planes, spheres and cylinders, so round objects do not shrink. Each neighbour
+ *  counts by the inverse of its variance, less the more standard deviations it is away (Tukey's
+ *  biweight), and not at all beyond three. So edges and steps that exceed the noise stay. Vertices
+ *  move only along normals, so triangles keep their extent along the surface. The result is the
+ *  same for any number of threads.
  *
- *  Standard deviations are those after smoothing. Meshes without normals or deviations stay
- *  as they are: they do not say what is noise.
- *  \throws pcl::BadArgumentException for invalid options, and for lists whose sizes differ
- *  or triangles that name no vertex. */
+ *  The mesh gets the standard deviations after smoothing. A mesh without normals or deviations does
+ *  not change, because its noise is unknown.
+ *  \throws pcl::BadArgumentException for invalid options, lists of different size, or triangles
+ *  that name no vertex. */
 BUNDLE_ICP_EXPORT void
 smoothMesh(SurfaceMesh& mesh, const MeshSmoothingOptions& options = {});
 

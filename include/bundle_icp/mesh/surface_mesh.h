@@ -13,31 +13,31 @@
 
 namespace bundle_icp {
 
-/** Triangles with shared vertices. Each list but `vertices` and `triangles` may be empty:
- *  then nothing of its kind is known; otherwise it has one entry per vertex. */
+/** Triangles with shared vertices. Each list except `triangles` has one entry per vertex. Lists
+ *  other than `vertices` and `triangles` may be empty: their data is then unknown. */
 struct SurfaceMesh {
   std::vector<Eigen::Vector3f> vertices;           ///< world frame [m]
   std::vector<Eigen::Vector3f> normals;            ///< unit length, towards the cameras
   std::vector<std::array<std::uint8_t, 3>> colors; ///< red, green, blue
-  /** Of all measurements behind a vertex together, 1 = a frontal one at 1 m. */
+  /** Weight of all measurements of a vertex together, 1 = a frontal measurement at 1 m. */
   std::vector<float> weights;
   /** Standard deviation of the vertex along its normal [m], see MeshOptions. */
   std::vector<float> deviations;
   std::vector<std::array<std::uint32_t, 3>> triangles; ///< counter-clockwise from outside
 };
 
-/** The mesh in PCL's form: x, y, z, and of normal_x, normal_y, normal_z, rgb, weight and
- *  std_deviation those that it has. With normals goes a curvature of 0, without which
- *  pcl::fromPCLPointCloud2() would complain about points with normals.
- *  \throws pcl::BadArgumentException when a list has another size than `vertices`, or a
- *  triangle names a vertex that does not exist. */
+/** The mesh in PCL's form: x, y, z, and those of normal_x, normal_y, normal_z, rgb, weight and
+ *  std_deviation that the mesh has. Normals come with a curvature of 0: without curvature
+ *  pcl::fromPCLPointCloud2() would warn about points with normals.
+ *  \throws pcl::BadArgumentException when a list has another size than `vertices`, or a triangle
+ *  names a vertex that does not exist. */
 BUNDLE_ICP_EXPORT pcl::PolygonMesh
 toPolygonMesh(const SurfaceMesh& mesh);
 
-/** The same fields back; all others are lost. Polygons of more than three corners are cut
- *  into triangles around the first, those of fewer are left out.
- *  \throws pcl::BadArgumentException when the cloud has no x, y, z as 32 bit floats or less
- *  data than it says, or a polygon names a vertex that does not exist. */
+/** The mesh with the fields of toPolygonMesh(); other fields are lost. Polygons of more than three
+ *  corners are cut into triangles around the first corner; polygons of fewer corners are left out.
+ *  \throws pcl::BadArgumentException when the cloud has no x, y, z as 32 bit floats or less data
+ *  than it declares, or a polygon names a vertex that does not exist. */
 BUNDLE_ICP_EXPORT SurfaceMesh
 toSurfaceMesh(const pcl::PolygonMesh& mesh);
 

@@ -13,7 +13,7 @@
 
 namespace bundle_icp {
 
-/** A feature of an image that sees a point of the model. */
+/** A feature of an image that shows a point of the model. */
 struct Observation {
   std::size_t image = 0;
   int feature = 0;
@@ -25,19 +25,19 @@ struct ScenePoint {
   std::vector<Observation> track;                     ///< empty = removed
 };
 
-/** How observations join tracks. */
+/** Bounds within which observations join tracks. */
 struct BUNDLE_ICP_EXPORT TrackOptions {
-  /** A measured point within this many sigmas of a track's point may join it. */
+  /** Largest distance of a measured point from its track's point [sigma]. */
   double max_sigmas = 4;
-  /** ... and its pixel within this distance of the projected point [px]. */
+  /** Largest distance of a feature's pixel from the track's projected point [px]. */
   double max_pixel_error = 4;
 
   bool
   isValid(std::string* error = nullptr) const;
 };
 
-/** Poses, points and tracks: the one state that a reconstruction mutates. Images are indexed
- *  as in the ImageGraph, which is passed to what needs features and matches. */
+/** Poses, points and tracks: the one state that a reconstruction changes. Images have the indices
+ *  of the ImageGraph, which functions that need features and matches take as an argument. */
 class BUNDLE_ICP_EXPORT SparseModel {
 public:
   explicit SparseModel(std::size_t num_images = 0);
@@ -58,14 +58,14 @@ public:
     return images_[image].component >= 0;
   }
 
-  /** Component of an image, -1 when it is not registered. Each has its own world frame. */
+  /** Component of an image, -1 = not registered. Each component has its own world frame. */
   int
   component(std::size_t image) const
   {
     return images_[image].component;
   }
 
-  /** Registered images of a component, ascending; all components with -1. */
+  /** Registered images of a component in ascending order; -1 = all components. */
   std::vector<std::size_t>
   registeredImages(int component = -1) const;
 
@@ -81,7 +81,7 @@ public:
     images_[image].world_from_camera = world_from_camera;
   }
 
-  /** How the camera differs from ImageGraph::camera(); shared by all images. */
+  /** Difference of the camera from ImageGraph::camera(); all images share it. */
   const Calibration&
   calibration() const
   {
@@ -94,7 +94,7 @@ public:
     calibration_ = calibration;
   }
 
-  /** Error that all of an image's depth shares, in units of the camera's depth_noise. */
+  /** Error that all pixels of an image's depth share, in units of the camera's depth_noise. */
   const DepthError&
   depthError(std::size_t image) const
   {
@@ -107,8 +107,8 @@ public:
     images_[image].depth_error = error;
   }
 
-  /** Motion of the scene in the camera frame while the image was taken [rad/s, m/s]: it takes a
-   *  point X in the camera frame to increment(t motion) * X after t seconds. */
+  /** Motion of the scene in the camera frame while the image was taken [rad/s, m/s]: after t
+   *  seconds a point X of the camera frame lies at increment(t motion) * X. */
   const Vector6d&
   motion(std::size_t image) const
   {
@@ -121,54 +121,54 @@ public:
     images_[image].motion = motion;
   }
 
-  /** Motion of the camera frame from the time of colour to that of depth. */
+  /** Motion of the camera frame between the times of colour and depth. */
   Pose
   depthFromColor(std::size_t image) const
   {
     return increment(calibration_[CalibrationParameter::TIME_OFFSET] * images_[image].motion);
   }
 
-  /** Pose of the camera when the depth of an image was taken. */
+  /** Pose of the camera when the depth of the image was taken. */
   Pose
   worldFromDepth(std::size_t image) const
   {
     return images_[image].world_from_camera * depthFromColor(image).inverse();
   }
 
-  /** Registers an image without letting it extend tracks. */
+  /** Registers an image; its features join no tracks. */
   void
   registerImage(std::size_t image, const Pose& world_from_camera, int component);
 
-  /** Registers an image and updates the points: along each edge to a registered image of
-   *  the component, matched features join the neighbour's track, start one, or join two. */
+  /** Registers an image and updates the points. Along each edge to a registered image of the
+   *  component, matched features join the neighbour's track, start a track or join two tracks. */
   void
   registerImage(const ImageGraph& graph, std::size_t image, const Pose& world_from_camera,
                 int component, const TrackOptions& options);
 
-  /** Builds the tracks of an image anew from its present pose, see registerImage(). */
+  /** Builds the tracks of an image again from its present pose, see registerImage(). */
   void
   extendTracks(const ImageGraph& graph, std::size_t image, const TrackOptions& options);
 
-  /** Joins matches of two registered images to tracks as extendTracks() does, though they may share
-   *  no edge; only of images that have tracks. */
+  /** Joins matches of two registered images to tracks as extendTracks() does; no edge between the
+   *  images is needed. Images without tracks are ignored. */
   void
   joinMatches(const ImageGraph& graph, std::size_t first, std::size_t second,
               const std::vector<FeatureMatch>& matches, const TrackOptions& options);
 
-  /** Gives up the tracks of a component and builds those of all its images that had any anew. */
+  /** Drops the tracks of a component and builds them again for each of its images that had any. */
   void
   rebuildTracks(const ImageGraph& graph, int component, const TrackOptions& options);
 
-  /** Visibility V of equation (4): features of the image that match a feature of a registered
-   *  image of the component which is part of a 3D point. */
+  /** Visibility V of equation (4): the number of the image's features that match a feature of a
+   *  registered image of the component, where that feature is part of a 3D point. */
   std::size_t
   visibility(const ImageGraph& graph, std::size_t image, int component) const;
 
-  /** Point of a feature, -1 = none. */
+  /** Index of a feature's point, -1 = none. */
   int
   pointOf(std::size_t image, int feature) const;
 
-  /** Points, in order of creation; those with an empty track are removed ones. */
+  /** Points in order of creation. A point with an empty track has been removed. */
   const std::vector<ScenePoint>&
   points() const
   {
@@ -181,12 +181,12 @@ public:
     points_[point].position = position;
   }
 
-  /** Takes observations out of their tracks that no longer fit their point, and points with fewer
-   *  than two observations. \return number of observations removed. */
+  /** Removes observations that no longer fit their point, and points with fewer than two
+   *  observations. \return number of observations removed. */
   std::size_t
   removeOutliers(const ImageGraph& graph, const TrackOptions& options);
 
-  /** Moves a component's world: poses and points become new_from_old * them. */
+  /** Moves a component's world: its poses and points are multiplied by new_from_old. */
   void
   transform(int component, const Pose& new_from_old);
 
@@ -217,7 +217,7 @@ private:
   Calibration calibration_;
 };
 
-/** Measured point of an observation in the camera frame, by motion and calibration [m]. */
+/** Measured point of an observation, corrected by motion and calibration: camera frame [m]. */
 BUNDLE_ICP_EXPORT Eigen::Vector3d
 measuredPointInCamera(const ImageGraph& graph, const SparseModel& model,
                       const Observation& observation);
@@ -226,7 +226,7 @@ measuredPointInCamera(const ImageGraph& graph, const SparseModel& model,
 BUNDLE_ICP_EXPORT Eigen::Vector3d
 measuredPoint(const ImageGraph& graph, const SparseModel& model, const Observation& observation);
 
-/** True when `point` (world) is where the observation measured it, within the bounds. */
+/** True when an observation agrees with `point` (world) within the bounds. */
 BUNDLE_ICP_EXPORT bool
 agrees(const ImageGraph& graph, const SparseModel& model, const Observation& observation,
        const Eigen::Vector3d& point, const TrackOptions& options);

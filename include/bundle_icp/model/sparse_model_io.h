@@ -10,11 +10,11 @@
 namespace bundle_icp {
 
 /** The points of a component as a cloud (world frame, metres), in the colours of the images that
- *  see them; with `cameras` each registered image adds a red point at its camera centre. */
+ *  see them. With `cameras`, each registered image adds a red point at its camera centre. */
 BUNDLE_ICP_EXPORT pcl::PointCloud<pcl::PointXYZRGB>::Ptr
 toPointCloud(const ImageGraph& graph, const SparseModel& model, int component, bool cameras = true);
 
-/** Writes that cloud as writeMesh() does. */
+/** Writes the cloud of toPointCloud() as writeMesh() does. */
 BUNDLE_ICP_EXPORT void
 writeSparseModel(const std::string& path, const ImageGraph& graph, const SparseModel& model,
                  int component = 0);

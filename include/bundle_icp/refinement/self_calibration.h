@@ -11,22 +11,22 @@ namespace bundle_icp {
 
 /** How selfCalibrate() works. */
 struct BUNDLE_ICP_EXPORT SelfCalibrationOptions {
-  /** Whether corrections to the camera are tested, or only the depth error of each image: false
-   *  for a camera that is known from an earlier scan. */
+  /** True: corrections to the camera are tested. False: only the depth error of each image is
+   *  tested, for a camera that an earlier scan has calibrated. */
   bool camera = true;
-  /** Whether it is tested that each image has a DepthError of its own. */
+  /** True: the test includes a DepthError of its own for each image. */
   bool depth_errors = true;
-  /** Images that take part in the test, those that share most points. The values are
-   *  then estimated from all. */
+  /** Maximum number of images in the test, those that share most points. All give the final
+   *  values. */
   std::size_t max_images = 40;
-  /** Points seen less often say little about the camera. */
+  /** Minimum number of observations of a point: other points say little about the camera. */
   std::size_t min_track_length = 4;
-  /** A correction is applied when it lowers the cost of observations that were held back, per
-   *  image, by more than this many standard errors of the mean... */
+  /** A correction is applied when it lowers the cost per image of held-back observations by more
+   *  than this many standard errors of the mean... */
   double significance = 3;
   /** ... and by more than this share. */
   double min_gain = 0.005;
-  /** Fewer images are too few to tell. */
+  /** Minimum number of images; with fewer nothing is tested. */
   std::size_t min_images = 8;
   /** Iterations of each adjustment of the test. */
   int max_iterations = 6;
@@ -37,27 +37,27 @@ struct BUNDLE_ICP_EXPORT SelfCalibrationOptions {
   isValid(std::string* error = nullptr) const;
 };
 
-/** A correction that was tested: parameters that only make sense together. */
+/** A correction that was tested: one or more parameters that only make sense together. */
 struct CalibrationTest {
   std::string name;                             ///< "focal length", for example
-  std::vector<CalibrationParameter> parameters; ///< none: the DepthError of each image
+  std::vector<CalibrationParameter> parameters; ///< empty: the DepthError of each image
   bool applied = false;
-  double gain = 0;         ///< share by which it lowered the cost of held-back observations
-  double significance = 0; ///< mean of the gain per image over its standard error
+  double gain = 0;         ///< share by which the cost of held-back observations fell
+  double significance = 0; ///< mean of the gain per image over the standard error of the mean
 };
 
-/** What selfCalibrate() decided. */
+/** Result of selfCalibrate(). */
 struct SelfCalibrationResult {
   std::vector<CalibrationTest> tests;           ///< all corrections, applied or not
-  std::vector<CalibrationParameter> calibrated; ///< parameters of those applied
+  std::vector<CalibrationParameter> calibrated; ///< parameters of the applied corrections
   bool depth_errors = false;                    ///< each image has a DepthError of its own
 };
 
-/** Finds out which corrections the scan supports: one after the other, that one is added which
- *  best predicts observations that were held back, as long as it does so significantly. Afterwards
- *  the model holds the calibration fitted to the images that took part, with its deviations;
- *  adjustBundle() with the result refines it with all images, beyond these deviations.
- *  \param images that may take part; motions of the model must be set
+/** Finds the corrections that the scan supports. One after the other, the correction is added that
+ *  best predicts held-back observations, as long as its gain is significant. Afterwards the model
+ *  holds the calibration fitted to the images that took part, with its deviations. adjustBundle()
+ *  with the result refines the calibration with all images, beyond these deviations.
+ *  \param images that may take part; their motions in the model must be set
  *  \throws pcl::BadArgumentException for invalid options */
 BUNDLE_ICP_EXPORT SelfCalibrationResult
 selfCalibrate(const ImageGraph& graph, const std::vector<std::size_t>& images,

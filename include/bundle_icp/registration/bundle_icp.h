@@ -11,32 +11,31 @@
 
 namespace bundle_icp {
 
-/** Registers a new frame against the virtual depth of the registered ones, Algorithm 1
- * of the paper, behind PCL's registration interface.
+/** Algorithm 1 of the paper behind PCL's registration interface: registers a new frame against the
+ *  virtual depth of the registered frames.
  *
- *  \code
- *  bundle_icp::BundleICP<pcl::PointXYZRGBNormal, pcl::PointXYZRGBNormal> reg;
- *  reg.setCameraIntrinsics(camera);
- *  reg.setInputSource(toPointCloud(makeDepthView(frame.depth, camera)));
- *  reg.setInputTarget(toPointCloud(renderVirtualDepth(views, camera,
- * world_from_virtual))); reg.setVirtualDepthPose(world_from_virtual);
- *  reg.setVisualCorrespondences(source_points, target_points, weights); // optional
- *  reg.align(aligned, guess);
- *  if (reg.hasConverged())
- *    world_from_camera = reg.getFinalTransformation();
- *  \endcode
+ *   \code
+ *   bundle_icp::BundleICP<pcl::PointXYZRGBNormal, pcl::PointXYZRGBNormal> reg;
+ *   reg.setCameraIntrinsics(camera);
+ *   reg.setInputSource(toPointCloud(makeDepthView(frame.depth, camera)));
+ *   reg.setInputTarget(toPointCloud(renderVirtualDepth(views, camera, world_from_virtual)));
+ *   reg.setVirtualDepthPose(world_from_virtual);
+ *   reg.setVisualCorrespondences(source_points, target_points, weights); // optional
+ *   reg.align(aligned, guess);
+ *   if (reg.hasConverged())
+ *     world_from_camera = reg.getFinalTransformation();
+ *   \endcode
  *
- *  When both clouds are organized, a camera is known and the target projects onto its
- * own grid from the virtual pose, points are associated by projection and lengths are
- * metres. Otherwise it is an ICP with a kd-tree in any unit of length. Both are
- * point-to-plane, robust and coarse to fine; a target without normals gets them from
- * its neighbourhoods.
+ *  Points are associated by projection when both clouds are organized, a camera is set and the
+ *  target projects onto its own grid from the virtual pose. Lengths are then metres. Otherwise
+ *  points are associated by a kd-tree, and any unit of length serves. Both ways are point-to-plane,
+ *  robust and coarse to fine. A target without normals gets normals from its neighbourhoods.
  *
  *  Inherited setters keep PCL's meaning: the transformation epsilon is a squared length (default
  *  1e-8), the rotation epsilon a cosine (default 0: 1 - transformation epsilon), the Euclidean
- *  fitness epsilon a relative change of the mean squared distance. At most 100 iterations by
- *  default. As in pcl::IterativeClosestPoint, reaching the limit counts as converged, where the
- *  clouds meet (BundleICPStatus). The kd-tree of the target is built when it is first needed. */
+ *  fitness epsilon a relative change of the mean squared distance. The default limit is 100
+ *  iterations. As in pcl::IterativeClosestPoint, a run that reaches the limit counts as converged
+ *  if the clouds meet (BundleICPStatus). The first search in the target builds its kd-tree. */
 template <typename PointSource, typename PointTarget, typename Scalar = float>
 class BundleICP : public pcl::Registration<PointSource, PointTarget, Scalar> {
   using Base = pcl::Registration<PointSource, PointTarget, Scalar>;
@@ -54,17 +53,17 @@ public:
 
   BundleICP();
 
-  /** Camera frame, metres, NaN = no depth. A null or empty cloud is refused with
-   * PCL_ERROR and leaves no source: the next align() fails. */
+  /** Sets the new frame's points: camera frame, metres, NaN = no depth. A null or empty cloud is
+   *  refused with PCL_ERROR and leaves no source: the next align() fails. */
   void
   setInputSource(const PointCloudSourceConstPtr& cloud) override;
 
-  /** World frame, metres, NaN = nothing seen. Null or empty: as for the source. */
+  /** Sets the target: world frame, metres, NaN = nothing seen. Refuses clouds as above. */
   void
   setInputTarget(const PointCloudTargetConstPtr& cloud) override;
 
-  /** Camera of the source frame and of the virtual depth.
-   *  \throws pcl::BadArgumentException when it cannot be a camera. */
+  /** Sets the camera of the source and of the virtual depth.
+   *  \throws pcl::BadArgumentException when the intrinsics cannot be those of a camera. */
   void
   setCameraIntrinsics(const CameraIntrinsics& camera);
 

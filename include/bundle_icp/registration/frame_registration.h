@@ -11,61 +11,61 @@
 
 namespace bundle_icp {
 
-/** What finds the pose of a new frame. */
+/** Method that finds the pose of a new frame. */
 enum class FrameRegistrationMethod {
   BUNDLE_ICP, ///< Algorithm 1 of the paper: visual pose, then ICP against the virtual depth
-  VISUAL,     ///< lines 1 and 2 alone: 3D-3D distances of matched features
-  PNP         ///< 2D-3D, as in structure from motion from colour alone
+  VISUAL,     ///< lines 1 and 2 of Algorithm 1 alone: 3D-3D distances of matched features
+  PNP         ///< 2D-3D matches, as in structure from motion from colour alone
 };
 
 /** How a new frame is registered against a model. */
 struct BUNDLE_ICP_EXPORT FrameRegistrationOptions {
   FrameRegistrationMethod method = FrameRegistrationMethod::BUNDLE_ICP;
-  /** False: ICP starts from the pose of the neighbour that shares most matches (only with
-   *  BUNDLE_ICP). Shows what the visual pose is worth. */
+  /** False: ICP starts from the pose of the neighbour with the most matches, which shows what the
+   *  visual pose is worth (only with BUNDLE_ICP). */
   bool visual_start = true;
-  /** Visual correspondences that must support the pose of a new frame. */
+  /** Minimum number of visual correspondences that support the pose of a new frame. */
   std::size_t min_visual_inliers = 12;
   VirtualDepthOptions virtual_depth;
-  /** Registered neighbours that take part in a virtual depth map: the best covisible ones, so
-   *  that the cost of a frame does not grow with the model. */
+  /** Maximum number of registered neighbours in a virtual depth map: those that see most of the
+   *  same points. The limit keeps the cost of a frame constant as the model grows. */
   std::size_t max_views = 6;
-  /** Share of a frame's depth that must lie on the virtual depth when geometry alone
-   *  registers the frame. */
+  /** Share of a frame's depth that must lie on the virtual depth when the frame is registered by
+   *  geometry alone. */
   double min_overlap = 0.5;
-  /** A frame whose position is known no better than this in some direction is not registered,
-   *  standard deviation [m]. */
+  /** Largest standard deviation of a frame's position in any direction [m]. A frame whose position
+   *  is less certain is not registered. */
   double max_position_deviation = 0.03;
-  /** The same of its rotation, about some axis [rad]. */
+  /** Largest standard deviation of a frame's rotation about any axis [rad], likewise. */
   double max_rotation_deviation = 0.03;
-  /** All pixels of a depth image share an error, which does not average out over the image. The
-   *  image's depth is known as a whole to so many sigma of DepthNoise, as a shift and as a tilt
-   *  per unit of x / z. Limits the weight of dense evidence, unless self-calibration finds that
-   *  the scan does not support such errors. */
+  /** All pixels of a depth image share an error that does not average out over the image. This is
+   *  the standard deviation of the error in sigmas of DepthNoise, as a shift and as a tilt per unit
+   *  of x / z. It limits the weight of dense evidence, unless self-calibration finds that the scan
+   *  does not support such errors. */
   double shared_depth_sigmas = 2;
 
   bool
   isValid(std::string* error = nullptr) const;
 };
 
-/** What became of a frame. */
+/** Outcome of the registration of a frame. */
 struct ImageRegistration {
   bool registered = false;
-  std::string reason;      ///< why it is not registered
+  std::string reason;      ///< why the frame is not registered
   std::size_t matches = 0; ///< visual correspondences to registered frames
-  std::size_t inliers = 0; ///< those that agree with the pose
-  /** Distance to the virtual depth [m]; 0 where the frame was not aligned, because alignment could
-   *  not have improved the pose of a frame that is not a key frame. */
+  std::size_t inliers = 0; ///< correspondences that agree with the pose
+  /** RMS distance to the virtual depth [m]. 0 = the frame was not aligned: it is no key frame, and
+   *  alignment could not have improved its pose. */
   double icp_rmse = 0;
-  bool by_geometry = false; ///< without visual evidence
-  /** Largest standard deviation in any direction when the frame was registered, given the model:
-   *  of the camera's position [m], and of its rotation [rad]. */
+  bool by_geometry = false; ///< registered without visual evidence
+  /** Largest standard deviation in any direction, given the model at the time of registration: of
+   *  the camera's position [m] and of its rotation [rad]. */
   double position_deviation = 0;
   double rotation_deviation = 0;
 };
 
-/** Gives the prepared depth of a frame, corrected by the model's calibration and the frame's
- *  DepthError. Several threads call it. */
+/** Gives the view of a frame: its depth prepared and corrected by the model's calibration and the
+ *  frame's DepthError. Several threads call the function at once. */
 using DepthViewProvider =
     std::function<std::shared_ptr<const DepthView>(std::size_t image, const SparseModel& model)>;
 

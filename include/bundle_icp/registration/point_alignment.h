@@ -18,15 +18,13 @@ namespace bundle_icp {
 
 /** Outcome of BundleICP::align(). */
 enum class BundleICPStatus {
-  NOT_RUN,                 ///< no align() since the inputs were set
+  NOT_RUN,                 ///< align() has not run since the inputs were set
   CONVERGED,               ///< the last step was smaller than the epsilons
-  MAX_ITERATIONS,          ///< stopped by the limit; the pose is that of the last iteration
-  TOO_FEW_CORRESPONDENCES, ///< source and target do not meet; the pose is the initial
-                           ///< one
-  NO_OVERLAP,          ///< the clouds do not meet where the loop ended, or contradict each other
-  REFINEMENT_REJECTED, ///< ICP contradicts the visual evidence; the pose is that of the
-                       ///< latter
-  INVALID_INPUT        ///< nothing was computed; the reason was printed
+  MAX_ITERATIONS,          ///< the limit stopped the loop; the pose is that of the last iteration
+  TOO_FEW_CORRESPONDENCES, ///< source and target do not meet; the pose is the initial pose
+  NO_OVERLAP,              ///< the clouds do not meet at the last pose, or contradict each other
+  REFINEMENT_REJECTED,     ///< ICP contradicts the visual evidence, which gives the pose
+  INVALID_INPUT            ///< nothing was computed; the reason was printed
 };
 
 /** Name of a status, as it is written here. */
@@ -43,28 +41,27 @@ hasConverged(BundleICPStatus status)
 /** What align() found, beside the pose. */
 struct BUNDLE_ICP_EXPORT BundleICPResult {
   BundleICPStatus status = BundleICPStatus::NOT_RUN;
-  bool projective = false;          ///< associated by projection, not by kd-tree
-  bool visual_initial_pose = false; ///< started from the visual correspondences, not the guess
-  std::size_t inliers = 0;          ///< source points near points of the target, of those used
-  double overlap = 0;               ///< inliers over source points used, 0 to 1
-  /** Share of the source points that speak for the pose, 0 to 1, of those that say anything of it:
-   * not outside of what the target's camera saw nor, without a camera, far from the target. */
+  bool projective = false;          ///< points were associated by projection, not by kd-tree
+  bool visual_initial_pose = false; ///< the start was the visual pose, not the guess
+  std::size_t inliers = 0;          ///< used source points that lie near points of the target
+  double overlap = 0;               ///< inliers over used source points, 0 to 1
+  /** Share of the informative source points that support the pose, 0 to 1. Not informative: points
+   *  that the target's camera could not see; without a camera, points far from the target. */
   double agreement = 0;
-  double rmse = 0;                ///< distance of the inliers to the target's surface [m]
+  double rmse = 0;                ///< RMS distance of the inliers to the target's surface [m]
   std::size_t visual_inliers = 0; ///< visual correspondences that agree with the pose
-  double visual_rmse = 0;         ///< distance of these [m]
+  double visual_rmse = 0;         ///< RMS distance of these visual inliers [m]
   int iterations = 0;
-  int renderings = 0; ///< how often the virtual depth was rendered anew
-  /** What dense evidence alone says of the pose: it is likeliest at `dense_pose`, with
-   * this information on motions increment(delta) of it. Without visual correspondences
-   * that is the final pose; with them, counting both is counting each once. The noise of
-   * neighbouring pixels is correlated: a patch of 9 x 9 pixels at a focal length of 525
-   * px (as the windows of structured light) counts as one measurement. */
+  int renderings = 0; ///< number of times that the virtual depth was rendered again
+  /** Dense evidence alone: the most likely pose is `dense_pose`; `information` is that of motions
+   *  increment(delta) of `dense_pose`. Without visual correspondences `dense_pose` is the final
+   *  pose. With them, the sum of dense and visual evidence counts each once. The noise of
+   *  neighbouring pixels is correlated: a patch of 9 x 9 pixels at a focal length of 525 px (the
+   *  window of structured light) counts as one measurement. */
   Matrix6d information = Matrix6d::Zero();
   Pose dense_pose = Pose::Identity();
-  /** Unit motions delta (as above) that the surfaces leave open, as sliding along a
-   * plane; ICP did not change the pose along them beyond what visual correspondences
-   * say. */
+  /** Unit motions delta (as above) that the surfaces do not constrain, for example sliding along a
+   *  plane. Along these motions ICP adds nothing to what the visual correspondences say. */
   std::vector<Vector6d> degenerate_directions;
 
   /** One line: status, overlap, distance, iterations. */
@@ -78,10 +75,10 @@ struct PointsView {
   const float* normals = nullptr; ///< nullptr: none
   std::size_t stride = 0;         ///< floats from one point to the next
   std::size_t size = 0;
-  int width = 0, height = 0; ///< of an organized cloud; height 1 otherwise
+  int width = 0, height = 0; ///< size of an organized cloud; height 1 otherwise
 };
 
-/** The points of a cloud, which must outlive the view. */
+/** A PointsView of the points of a cloud. The cloud must outlive it. */
 template <typename PointT>
 PointsView
 viewPoints(const pcl::PointCloud<PointT>& cloud)
@@ -98,35 +95,34 @@ viewPoints(const pcl::PointCloud<PointT>& cloud)
   return view;
 }
 
-/** What does not depend on the point type of BundleICP: all that alignPoints() needs.
- */
+/** Input of alignPoints(): the part of BundleICP that does not depend on the point type. */
 struct AlignmentProblem {
   PointsView source, target;
-  const std::vector<int>* source_indices = nullptr; ///< part of the source to use, nullptr: all
+  const std::vector<int>* source_indices = nullptr; ///< source points to use, nullptr: all
   std::optional<CameraIntrinsics> camera;
   Pose world_from_virtual = Pose::Identity();
-  /** Evidence that the start comes from (Algorithm 1, line 1), unless empty, and VisualPose::scale
-   * of its robust fit. */
+  /** Visual correspondences that gave the start pose (Algorithm 1, line 1), may be empty, and
+   *  VisualPose::scale of their robust fit. */
   VisualCorrespondences visual;
   double visual_scale = 1;
 
-  /** How far the surfaces may lie apart under the guess [m]: the coarse levels of projective
-   * association allow for 0.03, 0.1 and 0.3 m, as far as that is within it. */
+  /** Largest distance between the surfaces under the guess [m]. Projective association has coarse
+   *  levels for 0.03, 0.1 and 0.3 m and uses those within this distance. */
   double max_misalignment = 0.3;
-  /** Share of the noise model in the covariance, 0 to 1; the rest is what residuals show. A few
-   * dozen tiles of an image tell only roughly how they scatter. */
+  /** Share of the noise model in the covariance, 0 to 1; the rest comes from the residuals, whose
+   *  scatter a few dozen tiles of an image show only roughly. */
   double model_share = 0.15;
   int max_iterations = 100;
-  double max_distance = std::numeric_limits<double>::max(); ///< of a correspondence [m]
+  double max_distance = std::numeric_limits<double>::max(); ///< longest correspondence [m]
   double translation_epsilon = 1e-8;  ///< squared length of a step that ends the loop [m^2]
   double rotation_epsilon = 1 - 1e-8; ///< cosine of a step's angle that ends the loop
   double fitness_epsilon = -1;        ///< relative change of the mean squared distance
   int num_threads = 0;
 
-  /** Up to k nearest target points of a position, nearest first; empty for none. Called
-   * by several threads. */
+  /** Finds up to k target points nearest to a position, nearest first; none = empty list. Several
+   *  threads call it. */
   std::function<void(const float* xyz, int k, std::vector<int>& indices)> nearest;
-  /** Renders the target as seen from a pose; nothing when it cannot. May be empty. */
+  /** Renders the target as seen from a pose; gives nothing if that fails. May be empty. */
   std::function<std::optional<PointsView>(const Pose& world_from_virtual)> render;
   /** Called after each iteration with the pose and the pairs of points used. May be
    * empty. */
@@ -134,15 +130,15 @@ struct AlignmentProblem {
       on_iteration;
 };
 
-/** Pose, and what belongs to it. */
+/** Result of alignPoints(). */
 struct Alignment {
   Pose world_from_source = Pose::Identity();
   Pose last_step = Pose::Identity(); ///< motion of the last iteration
   BundleICPResult result;
 };
 
-/** Algorithm 1 of the paper, lines 4 to 7: ICP from the pose T*_new that line 2 gives. The result
- * does not depend on the number of threads. */
+/** Algorithm 1 of the paper, lines 4 to 7: ICP that starts from the pose T*_new of line 2. The
+ *  result does not depend on the number of threads. */
 BUNDLE_ICP_EXPORT Alignment
 alignPoints(const AlignmentProblem& problem, const Pose& start);
 

@@ -12,19 +12,19 @@
 
 namespace bundle_icp {
 
-/** Correspondences M_reg,new between a new frame and the registered ones (Algorithm 1,
- * line 1): three lists of equal length. */
+/** Correspondences M_reg,new between a new frame and the registered frames (Algorithm 1, line 1):
+ *  three lists of equal length. */
 struct VisualCorrespondences {
-  std::vector<Eigen::Vector3d> source; ///< in the new frame's camera [m]
-  std::vector<Eigen::Vector3d> target; ///< in the world [m]
+  std::vector<Eigen::Vector3d> source; ///< points in the new frame's camera frame [m]
+  std::vector<Eigen::Vector3d> target; ///< points in the world frame [m]
   std::vector<double> weights;         ///< 1 / sigma^2 of the distance [1/m^2], > 0
 };
 
 /** How estimateVisualPose() works. */
 struct BUNDLE_ICP_EXPORT VisualPoseOptions {
-  /** Its inliers support the pose; wide, as the weights rarely know of every error. */
+  /** Its inliers support the pose. The bound is wide: weights rarely cover every error. */
   RigidAlignmentOptions alignment{4, 2000, 0.999, 0};
-  /** Fewer supporting correspondences than this are no evidence of a pose. */
+  /** Minimum number of inliers that support a pose. */
   std::size_t min_inliers = 6;
 
   bool
@@ -34,22 +34,22 @@ struct BUNDLE_ICP_EXPORT VisualPoseOptions {
 /** A pose and what supports it. */
 struct VisualPose {
   Pose world_from_source = Pose::Identity();
-  std::size_t inliers = 0; ///< correspondences that support it
-  double rmse = 0;         ///< distance of the inliers [m]
-  /** Observed over expected standard deviation of the inliers, at least 1: by this
-   * factor the weights are too optimistic. */
+  std::size_t inliers = 0; ///< correspondences that support the pose
+  double rmse = 0;         ///< RMS distance of the inliers [m]
+  /** Observed over expected standard deviation of the inliers, at least 1: the weights are too
+   *  optimistic by this factor. */
   double scale = 1;
 };
 
 /** The initial pose T*_new of Algorithm 1, line 2: robust least squares over the distances of all
- * correspondences, see robustRigidAlignment(). Unset when there are fewer than min_inliers, or no
- * consensus. \throws pcl::BadArgumentException when the lists differ in length, a value is not
- * finite or a weight is not positive. */
+ *  correspondences, see robustRigidAlignment(). Unset when there are fewer than min_inliers or no
+ *  consensus. \throws pcl::BadArgumentException when the lists differ in length, a value is not
+ *  finite or a weight is not positive. */
 BUNDLE_ICP_EXPORT std::optional<VisualPose>
 estimateVisualPose(const VisualCorrespondences& correspondences,
                    const VisualPoseOptions& options = {});
 
-/** Checks the lists; the error names the first fault. */
+/** Checks the lists; `error` names the first fault. */
 BUNDLE_ICP_EXPORT bool
 isValid(const VisualCorrespondences& correspondences, std::string* error = nullptr);
 

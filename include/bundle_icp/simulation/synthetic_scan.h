@@ -16,38 +16,37 @@
 
 namespace bundle_icp {
 
-/** What a synthetic scan shows and which faults its camera has. With the defaults
- *  everything is exact. Every fault depends on the seed and the frame alone, not on the
- *  order of reading. */
+/** Contents of a synthetic scan and faults of its camera. The defaults have no faults. Every fault
+ *  depends only on the seed and the frame, not on the order of reading. */
 struct BUNDLE_ICP_EXPORT SyntheticScanOptions {
   std::size_t num_frames = 60; ///< 1 to 1,000,000
   double frame_rate = 10;      ///< [Hz], 0.1 to 1000; a longer scan goes on along the path
   int width = 640;             ///< image width [px], 16 to 8192
   int height = 480;            ///< image height [px], 16 to 8192
   double focal_length = 525;   ///< true focal length [px]
-  std::uint64_t seed = 0;      ///< of textures, path and faults
-  double start_time = 0; ///< where on the path the scan begins [s], 0 to 1e6: 67 = at the walls
-  double movement = 1;   ///< share of the path's translation, 0 to 1: 0 = turning on the spot
-  double texture = 1; ///< contrast of all surfaces, 0 to 1: 0 = each side of a thing in one colour
+  std::uint64_t seed = 0;      ///< seed of textures, path and faults
+  double start_time = 0;       ///< start of the scan on the path [s], 0 to 1e6: 67 = at the walls
+  double movement = 1;         ///< share of the path's translation, 0 to 1: 0 = turning on the spot
+  double texture = 1; ///< contrast of surfaces, 0 to 1; 0 = one colour on each side of an object
 
   // Faults of the camera, all off.
-  /** Depth noise: a multiple of `noise`, 0 to 100, half of its variance shared by
-   *  neighbouring pixels. Above 0, only depth from 0.4 to 5 m is measured. */
+  /** Depth noise as a multiple of `noise`, 0 to 100. Neighbouring pixels share half of its
+   *  variance. Above 0, only depth from 0.4 to 5 m is measured. */
   double noise_factor = 0;
   DepthNoise noise;           ///< standard deviation by distance
-  double quantisation = 0;    ///< depth comes in steps of this x z^2 [1/m], 0 to 0.1
+  double quantisation = 0;    ///< depth comes in steps of quantisation z^2 [1/m], 0 to 0.1
   double hole_fraction = 0;   ///< share of pixels without depth, in patches, 0 to 0.95
   bool flying_pixels = false; ///< mixed depth at occlusion edges, two pixels wide
   double color_noise = 0;     ///< standard deviation [grey levels of 255], 0 to 128
-  double blur_fraction = 0;   ///< probability of motion blur of a frame, 0 to 1
+  double blur_fraction = 0;   ///< probability that a frame has motion blur, 0 to 1
   double exposure_change = 0; ///< relative change of brightness, slow, 0 to 0.9
   double depth_bias = 0;      ///< measured = z (1 + depth_bias z) [1/m], -0.1 to 0.1
   double focal_error = 0;     ///< camera() reports focal_length (1 + focal_error), +-0.5
-  double time_offset = 0;     ///< depth is taken this much after colour [s], -1 to 1
-  /** Rolling shutter of the colour camera: time from the first to the last row, the
-   * middle row at the stamp [s], -0.1 to 0.1 */
+  double time_offset = 0;     ///< time from colour to depth [s], -1 to 1
+  /** Rolling shutter of the colour camera: time from the first to the last row [s], -0.1 to 0.1;
+   *  the stamp is that of the middle row. */
   double readout = 0;
-  bool unordered = false; ///< random order, with stamps that follow it and tell nothing
+  bool unordered = false; ///< random order; the stamps follow this order and tell nothing
 
   /** The faults of a common structured-light camera at once: noise_factor 1,
    *  quantisation 0.0028, hole_fraction 0.05, flying pixels, color_noise 2,
@@ -55,7 +54,7 @@ struct BUNDLE_ICP_EXPORT SyntheticScanOptions {
   static SyntheticScanOptions
   fullNoise();
 
-  /** The camera by which images are rendered; its axis is in the image's middle. */
+  /** The camera that renders the images; its axis is in the middle of the image. */
   CameraIntrinsics
   trueCamera() const;
 
@@ -64,14 +63,13 @@ struct BUNDLE_ICP_EXPORT SyntheticScanOptions {
   isValid(std::string* error = nullptr) const;
 };
 
-/** A textured room of 4 x 5 x 3 m with furniture and things, seen along a hand-held
- *  path: a dataset whose poses and surface are exactly known. Frames are rendered on
- *  demand, by ray casting of analytic solids. World frame: z up, floor at z = 0,
- * metres.
+/** A dataset with exactly known poses and surface: a textured room of 4 x 5 x 3 m with furniture
+ *  and objects, seen along a hand-held path. Frames are rendered on demand, by ray casting of
+ *  analytic solids. World frame: z up, floor at z = 0, metres.
  *
- *  The path goes to and fro around a table at 0.1 to 0.4 m/s, turning by 10 to 30
- *  degrees a second. For 55 s it looks at the table, then outwards for one tour along
- *  the walls, and so on. */
+ *  The path goes to and fro around a table at 0.1 to 0.4 m/s, with turns of 10 to 30 degrees a
+ *  second. The camera looks at the table for 55 s, then outwards for one tour along the walls, then
+ *  at the table again, and so on. */
 class BUNDLE_ICP_EXPORT SyntheticScan : public RGBDDataset {
 public:
   using SurfaceCloud = pcl::PointCloud<pcl::PointNormal>;
@@ -103,7 +101,7 @@ public:
   Pose
   worldFromCamera(std::size_t index) const;
 
-  /** True when the colour of frame `index` is motion blurred. */
+  /** True when the colour of frame `index` has motion blur. */
   bool
   isBlurred(std::size_t index) const;
 
@@ -111,7 +109,7 @@ public:
   RGBDFrame
   readExact(std::size_t index) const;
 
-  /** Frame seen from any pose, without any fault. */
+  /** Frame rendered from any pose, without any fault. */
   RGBDFrame
   render(const Pose& world_from_camera) const;
 
@@ -119,9 +117,9 @@ public:
   double
   distanceToSurface(const Eigen::Vector3d& point) const;
 
-  /** Points of the true surface that the frames see, with normals towards free space,
-   *  about one in each voxel of edge `spacing` [m]; looks at frames 0.1 s apart, so
-   *  that next to nothing is left out.
+  /** Points of the true surface that the frames see, with normals towards free space, about one
+   *  point per voxel of edge `spacing` [m]. Only frames 0.1 s apart are used, which miss next to
+   *  nothing.
    *
    *  \param[in] num_threads 0 = all; the result does not depend on it
    *  \throws pcl::BadArgumentException when spacing is below 1 mm or not finite. */
@@ -135,7 +133,7 @@ private:
 
 /** How writeSyntheticScan() works. */
 struct BUNDLE_ICP_EXPORT SyntheticScanWriteOptions {
-  /** Of the points in surface.ply [m], 0.001 to 1; 0 = no such file. */
+  /** Spacing of the points in surface.ply [m], 0.001 to 1; 0 = no such file. */
   double surface_spacing = 0.005;
   int num_threads = 0; ///< 0 = all
 
@@ -143,14 +141,13 @@ struct BUNDLE_ICP_EXPORT SyntheticScanWriteOptions {
   isValid(std::string* error = nullptr) const;
 };
 
-/** Writes the scan as a TUM RGB-D folder: `rgb/`, `depth/` (16 bit, 5000 units a
- *  metre), `rgb.txt`, `depth.txt`, `groundtruth.txt` at the stamps of colour,
- *  `intrinsics.txt`
- *  (`fx fy cx cy`, then `depth_scale 5000`), and `surface.ply`, the visibleSurface().
- *  The lists are written last, so that a folder with lists is whole.
+/** Writes the scan as a TUM RGB-D folder: `rgb/`, `depth/` (16 bit, 5000 units per metre),
+ *  `rgb.txt`, `depth.txt`, `groundtruth.txt` at the stamps of colour, `intrinsics.txt` (`fx fy cx
+ *  cy`, then `depth_scale 5000`), and `surface.ply`, the visibleSurface(). The lists are written
+ *  last: a folder with lists is complete.
  *
- *  \param[in] folder must not exist or be empty
- *  \throws pcl::IOException naming file and reason; what existed before is not touched.
+ *  \param[in] folder must be empty or not exist
+ *  \throws pcl::IOException naming file and reason; existing files are not touched.
  *  \throws pcl::BadArgumentException for invalid options. */
 BUNDLE_ICP_EXPORT void
 writeSyntheticScan(const SyntheticScan& scan, const std::string& folder,

@@ -14,24 +14,23 @@
 
 namespace bundle_icp {
 
-/** How findObjectRegion() tells a plane from what stands on it. */
+/** How findObjectRegion() separates a plane from the objects on it. */
 struct BUNDLE_ICP_EXPORT ObjectRegionOptions {
   /** Points are joined in cells of this edge [m], 0.001 to 0.1. */
   double cell_size = 0.01;
-  double max_depth = 3; ///< points farther from the camera are not looked at [m], 0.2 to 100
+  double max_depth = 3; ///< points farther from the camera are ignored [m], 0.2 to 100
   /** Points within this distance belong to the plane [m], 0.001 to 0.2. */
   double plane_tolerance = 0.015;
-  /** The plane holds at least this share of all points, 0 to 1. */
+  /** Minimum share of all points that must lie on the plane, 0 to 1. */
   double min_plane_share = 0.1;
-  double min_height = 0.025; ///< of what stands on the plane [m], above plane_tolerance
-  double max_height = 1.0;   ///< above it nothing counts [m], above min_height
+  double min_height = 0.025; ///< points closer to the plane are ignored [m], above plane_tolerance
+  double max_height = 1.0;   ///< points higher above the plane are ignored [m], above min_height
   /** Cells nearer than this belong to one object [m], 1 to 20 cells. */
   double cluster_tolerance = 0.03;
-  std::size_t min_cells = 40; ///< of an object, at least 1
-  /** A frame looks at what lies within this angle of its axis [rad], 0.01 to 1. */
+  std::size_t min_cells = 40; ///< minimum number of cells of an object, at least 1
+  /** A frame looks at objects within this angle of its axis [rad], 0.01 to 1. */
   double view_angle = 0.2;
-  /** The box is larger than the object by so much on each side, and reaches as far below
-   *  the plane [m], 0 to 1. */
+  /** Margin of the box around the object on each side, and below the plane [m], 0 to 1. */
   double margin = 0.02;
 
   /** True when every field is in its range; otherwise `error` says which is not. */
@@ -42,32 +41,31 @@ struct BUNDLE_ICP_EXPORT ObjectRegionOptions {
 /** The object on the dominant plane. */
 struct ObjectRegion {
   bool is_found = false;
-  std::string reason; ///< why none was found, with numbers
+  std::string reason; ///< why no object was found, with numbers
   OrientedBox box;    ///< z along the plane's normal, away from the plane
   /** n . x + d = 0 in the world [m], n of unit length towards the cameras. */
   Eigen::Vector4d plane = Eigen::Vector4d::Zero();
-  std::size_t looking_frames = 0; ///< that look at it more than at any other
-  std::size_t num_frames = 0;     ///< of all
+  std::size_t looking_frames = 0; ///< frames that look at this object more than at any other
+  std::size_t num_frames = 0;     ///< number of all frames
 };
 
-/** Finds the object that a scan is about: the plane that fills most of the frames
- *  (pcl::SACSegmentation), what stands on it within its outline
- *  (pcl::ExtractPolygonalPrismData, pcl::EuclideanClusterExtraction), and of that what most
- *  frames look at. The box is the smallest one around it that stands on the plane. The result
- *  does not depend on the order of the frames beyond rounding.
- *  \param clouds one for each frame, in its camera frame [m]; NaN is ignored. Points evenly
- *         spaced in the image, some thousands a frame, are enough: samplePoints()
+/** Finds the object of a scan in three steps: the plane that fills most of the frames
+ *  (pcl::SACSegmentation), the objects on the plane within its outline
+ *  (pcl::ExtractPolygonalPrismData, pcl::EuclideanClusterExtraction), and the object that most
+ *  frames look at. The box stands on the plane and is the smallest around the object. Apart
+ *  from rounding, the result does not depend on the order of the frames.
+ *  \param clouds one cloud per frame, in its camera frame [m]; NaN is ignored. Some thousand points
+ *  per frame, evenly spaced in the image, are enough: samplePoints()
  *  \param world_from_cameras the frames' poses
- *  \throws pcl::BadArgumentException for invalid options, no frames, or another number of
- *          poses, and poses that are not rigid. That there is no plane or no object is a
- *          result. */
+ *  \throws pcl::BadArgumentException for invalid options, no frames, a different number of poses,
+ *  or poses that are not rigid. A missing plane or object is a result, not an error. */
 BUNDLE_ICP_EXPORT ObjectRegion
 findObjectRegion(const std::vector<pcl::PointCloud<pcl::PointXYZ>>& clouds,
                  const std::vector<Pose>& world_from_cameras,
                  const ObjectRegionOptions& options = {});
 
-/** Points of every `step`-th pixel of every `step`-th row that has depth, but for those at
- *  depth edges, in the camera frame [m]. */
+/** Points in the camera frame [m]: each `step`-th pixel of each `step`-th row that has depth and is
+ *  not at a depth edge. */
 BUNDLE_ICP_EXPORT pcl::PointCloud<pcl::PointXYZ>
 samplePoints(const RGBDFrame& frame, const CameraIntrinsics& camera, int step = 6);
 

@@ -10,20 +10,20 @@
 
 namespace bundle_icp {
 
-/** extractSurface() behind PCL's interface: a pcl::MarchingCubes that takes its field
- *  from a TSDFVolume instead of an input cloud.
+/** extractSurface() behind PCL's interface: a pcl::MarchingCubes that takes its field from a
+ *  TSDFVolume instead of an input cloud.
  *
- *  \code
- *  bundle_icp::TSDFMarchingCubes<pcl::PointXYZRGBNormal> cubes;
- *  cubes.setVolume(volume); // std::shared_ptr<const TSDFVolume>
- *  pcl::PolygonMesh mesh;
- *  cubes.reconstruct(mesh);
- *  \endcode
+ *   \code
+ *   bundle_icp::TSDFMarchingCubes<pcl::PointXYZRGBNormal> cubes;
+ *   cubes.setVolume(volume); // std::shared_ptr<const TSDFVolume>
+ *   pcl::PolygonMesh mesh;
+ *   cubes.reconstruct(mesh);
+ *   \endcode
  *
- *  PointNT has normals; a colour is filled in when it has one. A pcl::PolygonMesh has all
- *  that is known of a vertex, see toPolygonMesh(). setIsoLevel() counts in truncations.
- *  Input cloud, grid resolution and percentage of the base class have no effect. Library
- *  instantiations: pcl::PointNormal, pcl::PointXYZRGBNormal. */
+ *  PointNT must have normals; its colour is filled if it has one. A pcl::PolygonMesh holds all that
+ *  is known of a vertex, see toPolygonMesh(). setIsoLevel() takes truncations. Input cloud, grid
+ *  resolution and percentage of the base class have no effect. Library instantiations:
+ *  pcl::PointNormal, pcl::PointXYZRGBNormal. */
 template <typename PointNT>
 class TSDFMarchingCubes : public pcl::MarchingCubes<PointNT> {
 public:
@@ -33,15 +33,14 @@ public:
 
   TSDFMarchingCubes();
 
-  /** The volume to mesh; needed before reconstruct(), which throws
-   *  pcl::BadArgumentException without one. */
+  /** Sets the volume to mesh. Without a volume reconstruct() throws pcl::BadArgumentException. */
   void
   setVolume(std::shared_ptr<const TSDFVolume> volume)
   {
     volume_ = std::move(volume);
   }
 
-  /** All options but the iso level, which is that of setIsoLevel(). */
+  /** Sets all options except the iso level, which setIsoLevel() sets. */
   void
   setMeshOptions(const MeshOptions& options)
   {

@@ -17,8 +17,7 @@ struct RecordedFrame {
   std::string color_file, depth_file;
 };
 
-/** What a format's reader finds in a folder: everything about a recording but its
- * pixels. */
+/** Result of a format's reader: everything about a recording except its pixels. */
 struct Recording {
   std::string format;
   std::vector<RecordedFrame> frames;

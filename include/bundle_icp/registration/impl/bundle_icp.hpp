@@ -15,7 +15,7 @@
 
 namespace bundle_icp {
 
-/** A kd-tree that is built by the first search: projective association needs none, but
+/** A kd-tree that the first search builds: projective association needs no kd-tree, but
  *  getFitnessScore() does. A point that is not finite has no neighbours. */
 template <typename PointSource, typename PointTarget, typename Scalar>
 class BundleICP<PointSource, PointTarget, Scalar>::LazyKdTree
@@ -77,7 +77,7 @@ private:
 
 namespace detail {
 
-/** Moves a cloud, with its normals where it has them; in and out may be the same. */
+/** Moves a cloud and, if it has them, its normals; `in` and `out` may be the same cloud. */
 template <typename PointT, typename Scalar>
 void
 transformPoints(const pcl::PointCloud<PointT>& in, pcl::PointCloud<PointT>& out,
