@@ -84,7 +84,7 @@ enum class ReconstructionStatus {
 BUNDLE_ICP_EXPORT const char*
 toString(ReconstructionStatus status);
 
-/** What became of one frame of the recording. */
+/** Outcome of one frame of the recording. */
 struct FrameReport {
   std::size_t id = 0;   ///< RGBDFrame::id
   double timestamp = 0; ///< [s]
@@ -126,7 +126,7 @@ struct ReconstructionResult {
   BUNDLE_ICP_EXPORT Trajectory
   trajectory(int component = 0) const;
 
-  /** One line: how many frames have a pose in one world, and how many in others. */
+  /** One line: the number of frames with a pose in one world, and those in other worlds. */
   BUNDLE_ICP_EXPORT std::string
   summary() const;
 };

@@ -14,8 +14,8 @@ namespace {
 
 /** Largest distance of a projective match on the coarse levels and the last one [m]. */
 constexpr float COARSE_DISTANCE = 0.4f, LAST_DISTANCE = 0.15f;
-/** With nearest neighbours, whose unit of length is unknown, the noise that a level takes for granted
- * is a share of the root mean square distance. */
+/** With nearest neighbours, whose unit of length is unknown, the noise that a level takes for
+ * granted is a share of the root mean square distance. */
 constexpr double LEVEL_RMS_SHARE[] = {1, 0.3, 0};
 /** Observed noise counts as at least this share of the model's: residuals of exact data
  * must not declare every curvature an outlier. */

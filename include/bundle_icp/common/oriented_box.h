@@ -15,7 +15,7 @@ struct BUNDLE_ICP_EXPORT OrientedBox {
 
   OrientedBox() = default;
   OrientedBox(const Pose& pose, const Eigen::Vector3d& edges) : world_from_box(pose), size(edges) {}
-  /** Implicit, so that an axis-aligned box serves wherever this one does. */
+  /** Implicit: an axis-aligned box serves wherever an oriented box does. */
   OrientedBox(const Eigen::AlignedBox3d& box); // NOLINT(google-explicit-constructor)
 
   bool

@@ -74,8 +74,8 @@ public:
     return settings_.camera;
   }
 
-  /** Where the target was rendered; identity until set, which fits a target in its own
-   *  camera frame. \throws pcl::BadArgumentException for a matrix that is not rigid. */
+  /** Sets the pose from which the target was rendered. The default is identity, right for a target
+   *  in its own camera frame. \throws pcl::BadArgumentException for a matrix that is not rigid. */
   void
   setVirtualDepthPose(const Eigen::Isometry3d& world_from_virtual);
 
@@ -85,13 +85,13 @@ public:
     return settings_.world_from_virtual;
   }
 
-  /** Evidence from matched features (Algorithm 1, line 1), used by every align() until
-   * it is replaced; empty lists remove it. The initial pose is their robust
-   * least-squares fit; the guess of align() serves only when they do not support a
-   * pose. \param source_points in the source camera frame [m] \param target_points in
-   * the world frame [m] \param weights 1 / sigma^2 of each pair's distance [1/m^2]
-   *  \throws pcl::BadArgumentException for lists of different length, values that are
-   * not finite or weights that are not positive. */
+  /** Sets pairs of matched feature points (Algorithm 1, line 1). align() starts from their robust
+   *  least-squares fit, or from its guess when they support no pose. The pairs stay until replaced.
+   *  \param source_points in the source camera frame [m]
+   *  \param target_points in the world frame [m]
+   *  \param weights 1 / sigma^2 of each pair's distance [1/m^2]
+   *  \throws pcl::BadArgumentException for lists of different length, values that are not finite or
+   *  weights that are not positive. */
   void
   setVisualCorrespondences(const std::vector<Eigen::Vector3d>& source_points,
                            const std::vector<Eigen::Vector3d>& target_points,
@@ -103,8 +103,8 @@ public:
     return settings_.visual;
   }
 
-  /** Renders the target anew when the pose has moved further than 2 cm or 2 degrees
-   * from where it was rendered. Empty: never. */
+  /** Sets the function that renders the target again when the pose has moved more than 2 cm or 2
+   *  degrees since the last rendering. An empty function: the target is never rendered again. */
   void
   setVirtualDepthRenderer(const VirtualDepthRenderer& render);
 
@@ -114,9 +114,9 @@ public:
     return render_;
   }
 
-  /** How far the surfaces may lie apart under the guess of align() [m], 0.3 until set. Less is
-   * faster: below 0.03 projective association starts on its fine levels. A pose from visual
-   * correspondences counts as within 0.03 m; without a camera it has no effect.
+  /** Sets the largest distance between the surfaces under the guess of align() [m], default 0.3. A
+   *  smaller value is faster: below 0.03 projective association skips its coarse levels. A pose
+   *  from visual correspondences counts as within 0.03 m. Without a camera the value has no effect.
    *  \throws pcl::BadArgumentException when negative or not finite. */
   void
   setMaxMisalignment(double distance);
@@ -127,8 +127,8 @@ public:
     return settings_.max_misalignment;
   }
 
-  /** Threads to use, 0 = all (default). \throws pcl::BadArgumentException when
-   * negative. */
+  /** Sets the number of threads, 0 = all (default).
+   *  \throws pcl::BadArgumentException when negative. */
   void
   setNumberOfThreads(int num_threads);
 

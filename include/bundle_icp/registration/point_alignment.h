@@ -38,7 +38,7 @@ hasConverged(BundleICPStatus status)
   return status == BundleICPStatus::CONVERGED || status == BundleICPStatus::MAX_ITERATIONS;
 }
 
-/** What align() found, beside the pose. */
+/** Result of align() beside the pose. */
 struct BUNDLE_ICP_EXPORT BundleICPResult {
   BundleICPStatus status = BundleICPStatus::NOT_RUN;
   bool projective = false;          ///< points were associated by projection, not by kd-tree
