@@ -261,8 +261,7 @@ private:
     const std::uint32_t keep = plan_.keep, drop = plan_.drop;
     const Eigen::Vector3d edge = position_[drop] - position_[keep];
     const double share = edge.dot(plan_.position - position_[keep]) / edge.squaredNorm();
-    // NaN, of an edge without length, stays 0
-    blendAttributes(mesh_, keep, drop, std::clamp(share, 0.0, 1.0));
+    blendAttributes(mesh_, keep, drop, share > 0 ? std::min(share, 1.0) : 0); // NaN without length
     position_[keep] = plan_.position;
     quadrics_.merge(keep, drop);
     boundary_error_[keep] = plan_.boundary_error;
