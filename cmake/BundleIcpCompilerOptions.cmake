@@ -3,6 +3,10 @@
 function(bundle_icp_set_compiler_options target)
   # Vectors are passed between inlined functions only, where the ABI (psabi) does not matter.
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wno-unknown-pragmas -Wno-psabi)
+  if(CMAKE_CXX_COMPILER_ID MATCHES Clang)
+    # PCL's macros for point types make structs without a name.
+    target_compile_options(${target} PRIVATE -Wno-gnu-anonymous-struct -Wno-nested-anon-types)
+  endif()
   if(BUNDLE_ICP_WARNINGS_AS_ERRORS)
     target_compile_options(${target} PRIVATE -Werror)
   endif()
