@@ -60,7 +60,7 @@ public:
     LandmarkView view;
     view.world_from_camera = world_from_camera;
     view.features.sharpness = 1;
-    for (int i = 0; i < static_cast<int>(points_.size()); ++i) {
+    for (int i = 0; i < int(points_.size()); ++i) {
       const Eigen::Vector3d p = world_from_camera.inverse() * points_[i];
       if (p.z() > 0.3 && camera_.contains(camera_.project(p)))
         add(i, p, view);
@@ -79,8 +79,7 @@ private:
       sum += value * value;
     }
     for (int k = 0; k < 128; ++k)
-      descriptor[k] =
-          static_cast<std::uint8_t>(std::min(127.0, 256 * values[k] / std::sqrt(sum) + 0.5));
+      descriptor[k] = std::uint8_t(std::min(127.0, 256 * values[k] / std::sqrt(sum) + 0.5));
   }
 
   void
@@ -89,8 +88,8 @@ private:
     Features& f = view.features;
     f.pixels.push_back(camera_.project(in_camera).cast<float>());
     f.pixel_sigmas.push_back(0.7f);
-    f.depths.push_back(static_cast<float>(in_camera.z()));
-    f.depth_sigmas.push_back(static_cast<float>(DepthNoise().sigma(in_camera.z())));
+    f.depths.push_back(float(in_camera.z()));
+    f.depth_sigmas.push_back(float(DepthNoise().sigma(in_camera.z())));
     f.colors.emplace_back(10, 20, 30);
     f.descriptors.push_back(descriptors_.row(landmark));
     view.landmarks.push_back(landmark);
@@ -116,7 +115,7 @@ toNodes(const std::vector<LandmarkView>& views)
 {
   std::vector<ImageNode> nodes;
   for (const LandmarkView& view : views)
-    nodes.push_back({view.features, 0.1 * static_cast<double>(nodes.size())});
+    nodes.push_back({view.features, 0.1 * double(nodes.size())});
   return nodes;
 }
 

@@ -40,7 +40,7 @@ inline void
 truncate(const std::string& path, double share)
 {
   const std::string bytes = readText(path);
-  writeText(path, bytes.substr(0, static_cast<std::size_t>(share * bytes.size())));
+  writeText(path, bytes.substr(0, std::size_t(share * bytes.size())));
 }
 
 /** A TUM folder with frames at 0, 0.1, ... s, depth 4 ms later, of 1, 1.1, ... m, and a

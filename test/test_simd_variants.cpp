@@ -122,7 +122,7 @@ adjustedPoses()
   SparseModel model(views.size());
   BundleAdjustmentProblem problem;
   for (std::size_t i = 0; i < views.size(); ++i) {
-    model.registerImage(graph, i, randomMotion(i, 0.01, 0.02) * views[i].world_from_camera, 0, {});
+    model.registerFrame(graph, i, randomMotion(i, 0.01, 0.02) * views[i].world_from_camera, 0, {});
     problem.variable.push_back(i);
   }
   adjustBundle(graph, problem, {}, model);

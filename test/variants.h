@@ -18,7 +18,7 @@ forEachVariant(const Check& check)
   for (const simd::Variant variant :
        {simd::Variant::BASELINE, simd::Variant::AVX2, simd::Variant::AVX512})
     if (variant <= simd::bestVariant()) {
-      SCOPED_TRACE("SIMD variant " + std::to_string(static_cast<int>(variant)));
+      SCOPED_TRACE("SIMD variant " + std::to_string(int(variant)));
       simd::setVariant(variant);
       check();
     }

@@ -84,24 +84,15 @@ enum class ReconstructionStatus {
 BUNDLE_ICP_EXPORT const char*
 toString(ReconstructionStatus status);
 
-/** Outcome of one frame of the recording. */
-struct FrameReport {
+/** Outcome of one frame of the recording: its final pose, and what supported the pose when it was
+ *  registered. */
+struct FrameReport : FrameRegistration {
   std::size_t id = 0;   ///< RGBDFrame::id
   double timestamp = 0; ///< [s]
   std::string name;     ///< RGBDDataset::name()
-  bool registered = false;
-  int component = -1; ///< 0 is the largest component; each component has its own world frame
-  std::string reason; ///< why the frame has no pose
+  int component = -1;   ///< 0 is the largest component; each component has its own world frame
   std::size_t features = 0;
-  std::size_t matches = 0;  ///< visual correspondences to registered frames
-  std::size_t inliers = 0;  ///< correspondences that agree with the pose
-  double icp_rmse = 0;      ///< RMS distance to the virtual depth [m]; 0: see ImageRegistration
-  bool by_geometry = false; ///< registered without visual evidence
-  double position_deviation = 0; ///< largest standard deviation in any direction [m]
-  double rotation_deviation = 0; ///< largest about any axis [rad]
-  Pose world_from_camera = Pose::Identity();
-  Pose world_from_depth = Pose::Identity();    ///< camera pose when the depth image was taken
-  DepthError depth_error = DepthError::Zero(); ///< error that all pixels of the depth image share
+  Pose world_from_depth = Pose::Identity(); ///< camera pose when the depth image was taken
 };
 
 /** Result of reconstruct(). The world frame is the camera frame of the earliest registered frame of
@@ -110,13 +101,14 @@ struct ReconstructionResult {
   ReconstructionStatus status = ReconstructionStatus::NOTHING_REGISTERED;
   std::vector<FrameReport> frames;          ///< in the order of the dataset
   std::vector<std::size_t> component_sizes; ///< frames in each component
-  /** Its images are the frames that could be read; F2M_ICP and VISUAL_ICP make no graph and no
+  /** Its nodes are the frames that could be read; F2M_ICP and VISUAL_ICP make no graph and no
    *  model. Unless a PreparedScan shares the graph, its descriptors are released. */
   std::shared_ptr<const ImageGraph> graph;
-  std::vector<std::size_t> frame_of_image; ///< for each image, its index in `frames`
-  SparseModel model;                       ///< sparse model, calibration included
-  SelfCalibrationResult self_calibration;  ///< corrections that were tested and applied
-  std::optional<ObjectRegion> object;      ///< set when ReconstructionOptions::object asks for it
+  /** For each node of the graph, the index of its frame in `frames`. */
+  std::vector<std::size_t> frame_of_node;
+  SparseModel model;                      ///< sparse model, calibration included
+  SelfCalibrationResult self_calibration; ///< corrections that were tested and applied
+  std::optional<ObjectRegion> object;     ///< set when ReconstructionOptions::object asks for it
   pcl::PolygonMesh mesh;  ///< fields of toPolygonMesh(), among them those of PointXYZRGBNormal
   MeshReport mesh_report; ///< how the mesh was cleaned and decimated
   std::vector<std::pair<std::string, double>> timing_s; ///< wall time of each stage [s]

@@ -20,8 +20,8 @@ namespace {
 std::array<const double*, 4>
 parameterBlocks(const AdjustedObservation& o, const AdjustmentState& state)
 {
-  return {state.poses[std::size_t(o.image)].values, state.points[std::size_t(o.point)].data(),
-          state.calibration.data(), state.depth_errors[std::size_t(o.image)].data()};
+  return {state.poses[std::size_t(o.frame)].values, state.points[std::size_t(o.point)].data(),
+          state.calibration.data(), state.depth_errors[std::size_t(o.frame)].data()};
 }
 
 } // namespace
@@ -30,11 +30,11 @@ AdjustmentTerms::AdjustmentTerms(const ImageGraph& graph, const BundleAdjustment
                                  const BundleAdjustmentOptions& options, const SparseModel& model)
 : graph_(graph), options_(options)
 {
-  addImages(problem, model);
+  addFrames(problem, model);
   addObservations(problem, model);
   std::map<std::size_t, int> index;
-  for (std::size_t i = 0; i < images.size(); ++i)
-    index[images[i].image] = int(i);
+  for (std::size_t i = 0; i < frames.size(); ++i)
+    index[frames[i].frame] = int(i);
   for (const RelativePoseTerm& term : problem.relative_poses) {
     const auto first = index.find(term.first), second = index.find(term.second);
     if (first != index.end() && second != index.end() && term.first != term.second)
@@ -49,53 +49,53 @@ AdjustmentTerms::AdjustmentTerms(const ImageGraph& graph, const BundleAdjustment
 }
 
 void
-AdjustmentTerms::addImages(const BundleAdjustmentProblem& problem, const SparseModel& model)
+AdjustmentTerms::addFrames(const BundleAdjustmentProblem& problem, const SparseModel& model)
 {
   const std::set<std::size_t> held(problem.constant.begin(), problem.constant.end());
   std::set<std::size_t> known;
-  const auto add = [&](std::size_t image, bool pose_moves, bool depth_error_moves) {
-    if (image >= model.numImages() || !model.isRegistered(image))
-      throw pcl::BadArgumentException("adjustBundle: image " + std::to_string(image) +
+  const auto add = [&](std::size_t frame, bool pose_moves, bool depth_error_moves) {
+    if (frame >= model.numFrames() || !model.isRegistered(frame))
+      throw pcl::BadArgumentException("adjustBundle: frame " + std::to_string(frame) +
                                       " is not registered");
-    if (known.insert(image).second)
-      images.push_back(
-          {image, pose_moves, depth_error_moves, {graph_.camera(), model.motion(image)}});
+    if (known.insert(frame).second)
+      frames.push_back(
+          {frame, pose_moves, depth_error_moves, {graph_.camera(), model.motion(frame)}});
   };
   for (std::size_t k = 0; k < problem.variable.size(); ++k) {
-    // The image that is held to fix the gauge has a depth error like any other.
+    // The frame that is held to fix the gauge has a depth error like any other.
     const bool fixes_gauge =
         problem.constant.empty() && problem.variable[k] == problem.variable.front();
     if (!held.count(problem.variable[k]) && (!fixes_gauge || problem.depth_errors))
       add(problem.variable[k], !fixes_gauge, problem.depth_errors);
   }
-  num_moving = images.size();
+  num_moving = frames.size();
   for (const std::vector<std::size_t>* rest : {&problem.variable, &problem.constant})
-    for (const std::size_t image : *rest)
-      add(image, false, false);
+    for (const std::size_t frame : *rest)
+      add(frame, false, false);
 }
 
 void
 AdjustmentTerms::addObservations(const BundleAdjustmentProblem& problem, const SparseModel& model)
 {
   std::set<std::size_t> taking_part;
-  std::vector<int> index(model.numImages(), -1);
-  for (std::size_t i = 0; i < images.size(); ++i) {
-    taking_part.insert(images[i].image);
-    index[images[i].image] = int(i);
+  std::vector<int> index(model.numFrames(), -1);
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    taking_part.insert(frames[i].frame);
+    index[frames[i].frame] = int(i);
   }
   for (std::size_t p = 0; p < model.points().size(); ++p) {
     const std::vector<Observation> track =
         observationsThatTakePart(problem, taking_part, model.points()[p]);
     if (std::none_of(track.begin(), track.end(), [&](const Observation& o) {
-          return images[std::size_t(index[o.image])].pose_moves;
+          return frames[std::size_t(index[o.frame])].pose_moves;
         }))
       continue;
     first_observation.push_back(observations.size());
     for (const Observation& o : track)
       observations.push_back(
-          {index[o.image],
+          {index[o.frame],
            int(points.size()),
-           {images[std::size_t(index[o.image])].measurement, graph_.features(o.image), o.feature,
+           {frames[std::size_t(index[o.frame])].measurement, graph_.features(o.frame), o.feature,
             options_.use_depth ? &graph_.camera().depth_noise : nullptr}});
     points.push_back(p);
   }
@@ -106,9 +106,9 @@ AdjustmentState
 AdjustmentTerms::initialState(const SparseModel& model) const
 {
   AdjustmentState state;
-  for (const AdjustedImage& image : images) {
-    state.poses.emplace_back(model.worldFromCamera(image.image));
-    state.depth_errors.push_back(model.depthError(image.image));
+  for (const AdjustedFrame& frame : frames) {
+    state.poses.emplace_back(model.worldFromCamera(frame.frame));
+    state.depth_errors.push_back(model.depthError(frame.frame));
   }
   for (const std::size_t point : points)
     state.points.push_back(model.points()[point].position);
@@ -120,9 +120,9 @@ void
 AdjustmentTerms::writeBack(const AdjustmentState& state, SparseModel& model) const
 {
   for (std::size_t i = 0; i < num_moving; ++i) {
-    if (images[i].pose_moves)
-      model.setWorldFromCamera(images[i].image, state.poses[i].worldFromCamera());
-    model.setDepthError(images[i].image, state.depth_errors[i]);
+    if (frames[i].pose_moves)
+      model.setWorldFromCamera(frames[i].frame, state.poses[i].worldFromCamera());
+    model.setDepthError(frames[i].frame, state.depth_errors[i]);
   }
   for (std::size_t p = 0; p < points.size(); ++p)
     model.setPosition(points[p], state.points[p]);
@@ -153,7 +153,7 @@ AdjustmentTerms::cost(const AdjustmentState& state, int num_threads) const
     sum += residual.squaredNorm();
   }
   for (std::size_t i = 0; i < num_moving; ++i)
-    if (images[i].depth_error_moves)
+    if (frames[i].depth_error_moves)
       sum += (state.depth_errors[i] / options_.depth_error_deviation).squaredNorm();
   if (!calibrated.empty())
     sum += state.calibration.cwiseQuotient(calibrationPrior()).squaredNorm();
@@ -165,11 +165,11 @@ AdjustmentTerms::linearise(const AdjustedObservation& o, const AdjustmentState& 
 {
   ObservationRows rows = o.residuals.linearise(parameterBlocks(o, state).data(),
                                                options_.loss_scale, !calibrated.empty());
-  const AdjustedImage& image = images[std::size_t(o.image)];
-  if (!image.pose_moves)
-    rows.by_image.leftCols<6>().setZero();
-  if (!image.depth_error_moves)
-    rows.by_image.rightCols<3>().setZero();
+  const AdjustedFrame& frame = frames[std::size_t(o.frame)];
+  if (!frame.pose_moves)
+    rows.by_frame.leftCols<6>().setZero();
+  if (!frame.depth_error_moves)
+    rows.by_frame.rightCols<3>().setZero();
   return rows;
 }
 
@@ -179,8 +179,8 @@ AdjustmentTerms::numResiduals() const
   std::size_t count = 2 * observations.size() + 6 * pairs.size();
   for (const AdjustedObservation& o : observations)
     count += o.residuals.depth ? 1 : 0;
-  for (const AdjustedImage& image : images)
-    count += image.depth_error_moves ? 3 : 0;
+  for (const AdjustedFrame& frame : frames)
+    count += frame.depth_error_moves ? 3 : 0;
   return count + (calibrated.empty() ? 0 : NUM_CALIBRATION_PARAMETERS);
 }
 

@@ -13,7 +13,7 @@
 
 namespace bundle_icp {
 
-/** The unknowns of an adjustment; poses and depth errors by AdjustmentTerms::images, points by its
+/** The unknowns of an adjustment; poses and depth errors by AdjustmentTerms::frames, points by its
  *  points. */
 struct AdjustmentState {
   std::vector<PoseBlock> poses;
@@ -22,31 +22,31 @@ struct AdjustmentState {
   CalibrationVector calibration;
 };
 
-/** An image that takes part. */
-struct AdjustedImage {
-  std::size_t image;
+/** A frame that takes part. */
+struct AdjustedFrame {
+  std::size_t frame;
   bool pose_moves;
   bool depth_error_moves;
-  ImageMeasurement measurement;
+  FrameMeasurement measurement;
 };
 
 /** An observation that takes part. */
 struct AdjustedObservation {
-  int image; ///< index into AdjustmentTerms::images
+  int frame; ///< index into AdjustmentTerms::frames
   int point; ///< index into AdjustmentTerms::points
   ObservationResiduals residuals;
 };
 
-/** A dense term between images that take part. */
+/** A dense term between frames that take part. */
 struct AdjustedPair {
-  int first, second; ///< indices into AdjustmentTerms::images
+  int first, second; ///< indices into AdjustmentTerms::frames
   std::unique_ptr<RelativePoseResidual> residual;
 };
 
-/** All terms of one adjustment: what is observed, and by which images. */
+/** All terms of one adjustment: what is observed, and by which frames. */
 class AdjustmentTerms {
 public:
-  /** \throws pcl::BadArgumentException for images that are not registered. */
+  /** \throws pcl::BadArgumentException for frames that are not registered. */
   AdjustmentTerms(const ImageGraph& graph, const BundleAdjustmentProblem& problem,
                   const BundleAdjustmentOptions& options, const SparseModel& model);
 
@@ -88,8 +88,8 @@ public:
     return options_.depth_error_deviation;
   }
 
-  std::vector<AdjustedImage> images;             ///< those that move first
-  std::size_t num_moving = 0;                    ///< images with any unknown
+  std::vector<AdjustedFrame> frames;             ///< those that move first
+  std::size_t num_moving = 0;                    ///< frames with any unknown
   std::vector<std::size_t> points;               ///< of the model
   std::vector<AdjustedObservation> observations; ///< by point
   std::vector<std::size_t> first_observation;    ///< of each point, and one past the last
@@ -100,7 +100,7 @@ private:
   static constexpr std::size_t CHUNK = 128;
 
   void
-  addImages(const BundleAdjustmentProblem& problem, const SparseModel& model);
+  addFrames(const BundleAdjustmentProblem& problem, const SparseModel& model);
 
   void
   addObservations(const BundleAdjustmentProblem& problem, const SparseModel& model);

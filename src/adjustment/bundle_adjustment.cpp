@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include <bundle_icp/adjustment/bundle_adjustment.h>
 
+#include "adjustment/held_back.h"
 #include "adjustment/reduced_system.h"
 
 #include <ceres/normal_prior.h>
@@ -16,9 +17,9 @@
 namespace bundle_icp {
 namespace {
 
-/** Ceres' dense solver is faster up to so many images. */
+/** Ceres' dense solver is faster up to so many frames. */
 constexpr std::size_t MAX_DENSE = 60;
-/** Keeps the normal equations regular where an image has lost all of its observations. */
+/** Keeps the normal equations regular where a frame has lost all of its observations. */
 constexpr double COVARIANCE_DAMPING = 1e-9;
 
 ceres::NormalPrior
@@ -37,7 +38,7 @@ public:
     calibration_prior_(zeroPrior(calibrationPrior())), problem_(options())
   {
     addResiduals();
-    addImages();
+    addFrames();
     addCalibration();
   }
 
@@ -59,7 +60,7 @@ private:
   void
   addResiduals();
   void
-  addImages();
+  addFrames();
   void
   addCalibration();
 
@@ -77,9 +78,9 @@ CeresProblem::addResiduals()
 {
   double* const calibration = state_.calibration.data();
   for (const AdjustedObservation& o : terms_.observations) {
-    double* const pose = state_.poses[std::size_t(o.image)].values;
+    double* const pose = state_.poses[std::size_t(o.frame)].values;
     double* const point = state_.points[std::size_t(o.point)].data();
-    double* const depth_error = state_.depth_errors[std::size_t(o.image)].data();
+    double* const depth_error = state_.depth_errors[std::size_t(o.frame)].data();
     problem_.AddResidualBlock(o.residuals.pixel.get(), &loss_, pose, point, calibration);
     if (o.residuals.depth)
       problem_.AddResidualBlock(o.residuals.depth.get(), &loss_, pose, point, calibration,
@@ -92,16 +93,16 @@ CeresProblem::addResiduals()
 }
 
 void
-CeresProblem::addImages()
+CeresProblem::addFrames()
 {
-  for (std::size_t i = 0; i < terms_.images.size(); ++i) {
+  for (std::size_t i = 0; i < terms_.frames.size(); ++i) {
     double* const pose = state_.poses[i].values;
     double* const depth_error = state_.depth_errors[i].data();
     problem_.AddParameterBlock(pose, 7, &pose_manifold_);
     problem_.AddParameterBlock(depth_error, 3);
-    if (!terms_.images[i].pose_moves)
+    if (!terms_.frames[i].pose_moves)
       problem_.SetParameterBlockConstant(pose);
-    if (terms_.images[i].depth_error_moves)
+    if (terms_.frames[i].depth_error_moves)
       problem_.AddResidualBlock(&depth_error_prior_, nullptr, depth_error);
     else
       problem_.SetParameterBlockConstant(depth_error);
@@ -175,7 +176,7 @@ solve(const AdjustmentTerms& terms, const BundleAdjustmentOptions& options, Adju
   }
   if (options.solver == AdjustmentSolver::CERES)
     return CeresProblem(terms, options.loss_scale, state).solve(options);
-  const bool depth_errors = terms.images.size() > 0 && terms.images.front().depth_error_moves;
+  const bool depth_errors = terms.frames.size() > 0 && terms.frames.front().depth_error_moves;
   return (depth_errors ? solveBySchur<9> : solveBySchur<6>)(terms, options, state);
 }
 
@@ -255,35 +256,35 @@ adjustBundle(const ImageGraph& graph, const BundleAdjustmentProblem& problem,
     terms.writeBack(state, model);
   PCL_DEBUG(
       "[bundle_icp::adjustBundle] %zu images, %zu observations: cost %g to %g in %d iterations\n",
-      terms.images.size(), terms.observations.size(), solved.initial_cost, solved.final_cost,
+      terms.frames.size(), terms.observations.size(), solved.initial_cost, solved.final_cost,
       solved.iterations);
   return {solved.success, solved.iterations, terms.numResiduals(), solved.initial_cost,
           solved.final_cost};
 }
 
 BundleAdjustmentResult
-adjustLocally(const ImageGraph& graph, const std::vector<std::size_t>& images, std::size_t num_held,
+adjustLocally(const ImageGraph& graph, const std::vector<std::size_t>& frames, std::size_t num_held,
               const BundleAdjustmentOptions& options, SparseModel& model)
 {
-  std::map<std::size_t, std::size_t> shared; // image: points shared with `images`
-  for (const std::size_t image : images)
-    for (std::size_t j = 0; j < graph.features(image).size(); ++j)
-      if (const int point = model.pointOf(image, int(j)); point >= 0)
+  std::map<std::size_t, std::size_t> shared; // frame: points shared with `frames`
+  for (const std::size_t frame : frames)
+    for (std::size_t j = 0; j < graph.features(frame).size(); ++j)
+      if (const int point = model.pointOf(frame, int(j)); point >= 0)
         for (const Observation& o : model.points()[std::size_t(point)].track)
-          ++shared[o.image];
-  for (const std::size_t image : images)
-    shared.erase(image);
-  std::vector<std::pair<std::size_t, std::size_t>> ranked; // by points, then image
-  for (const auto& [image, points] : shared)
-    ranked.emplace_back(points, image);
+          ++shared[o.frame];
+  for (const std::size_t frame : frames)
+    shared.erase(frame);
+  std::vector<std::pair<std::size_t, std::size_t>> ranked; // by points, then frame
+  for (const auto& [frame, points] : shared)
+    ranked.emplace_back(points, frame);
   std::sort(ranked.rbegin(), ranked.rend());
   ranked.resize(std::min(ranked.size(), num_held));
   if (ranked.empty())
     return {};
   BundleAdjustmentProblem problem;
-  problem.variable = images;
-  for (const auto& [points, image] : ranked)
-    problem.constant.push_back(image);
+  problem.variable = frames;
+  for (const auto& [points, frame] : ranked)
+    problem.constant.push_back(frame);
   return adjustBundle(graph, problem, options, model);
 }
 

@@ -34,12 +34,12 @@ struct PoseState {
   DepthError depth_error;
 };
 
-/** A problem as minimise() takes it: the pose and the depth error of one image. */
+/** A problem as minimise() takes it: the pose and the depth error of one frame. */
 class PoseProblem {
 public:
-  PoseProblem(const ImageMeasurement& measurement, const Features& features,
+  PoseProblem(const FrameMeasurement& measurement, const Features& features,
               const SparseModel& model, const std::vector<PointObservation>& observations,
-              const DensePose& dense, const BundleAdjustmentOptions& options,
+              const DensePoseTerm& dense, const BundleAdjustmentOptions& options,
               bool depth_error_moves)
   : calibration_(model.calibration().values), points_(observations),
     dense_(dense.world_from_camera, dense.information), options_(options),
@@ -60,7 +60,7 @@ public:
   solve(const PoseState& state) const;
 
   /** What is known where the equations were built last: observations count as exact as they proved
-   *  to be together, since pixels are found better in sharp images than in blurred ones, and points
+   *  to be together, since pixels are found better in sharp frames than in blurred ones, and points
    *  of long tracks are known better than those of short ones. */
   Matrix
   information() const;
@@ -115,9 +115,9 @@ PoseProblem::build(const PoseState& state, double damping)
     ObservationRows rows =
         observations_[k].linearise(blocks(k, state).data(), options_.loss_scale, false);
     if (!depth_error_moves_)
-      rows.by_image.rightCols<3>().setZero();
-    observed_ += rows.by_image.transpose() * rows.by_image;
-    gradient_ += rows.by_image.transpose() * rows.residual;
+      rows.by_frame.rightCols<3>().setZero();
+    observed_ += rows.by_frame.transpose() * rows.by_frame;
+    gradient_ += rows.by_frame.transpose() * rows.residual;
     // The robust weight w of a residual r with w r^2 = q is 1 - q / limit
     const double pixel = rows.residual.head<2>().squaredNorm(),
                  depth = std::pow(rows.residual[2], 2);
@@ -177,17 +177,17 @@ largestDeviation(const Eigen::Matrix3d& covariance)
   return largest >= 0 ? std::sqrt(largest) : std::numeric_limits<double>::infinity();
 }
 
-ImagePose
-adjustPose(const ImageGraph& graph, const SparseModel& model, std::size_t image,
-           const std::vector<PointObservation>& observations, const DensePose& dense,
-           const BundleAdjustmentOptions& options, bool depth_error, const ImagePose& start)
+PoseEstimate
+adjustPose(const ImageGraph& graph, const SparseModel& model, std::size_t frame,
+           const std::vector<PointObservation>& observations, const DensePoseTerm& dense,
+           const BundleAdjustmentOptions& options, bool depth_error, const PoseEstimate& start)
 {
-  const ImageMeasurement measurement{graph.camera(), model.motion(image)};
-  PoseProblem problem(measurement, graph.features(image), model, observations, dense, options,
+  const FrameMeasurement measurement{graph.camera(), model.motion(frame)};
+  PoseProblem problem(measurement, graph.features(frame), model, observations, dense, options,
                       depth_error);
   PoseState state{PoseBlock(start.world_from_camera), start.depth_error};
   minimise(problem, MAX_ITERATIONS, FUNCTION_TOLERANCE, state);
-  ImagePose result{state.pose.worldFromCamera(), state.depth_error};
+  PoseEstimate result{state.pose.worldFromCamera(), state.depth_error};
   // A motion (w, v) of camera_from_world = (R, t) turns the camera by -R' w and moves it by
   // -R' (v + t x w).
   Matrix6d world_by_motion = Matrix6d::Zero();

@@ -3,13 +3,14 @@
 #pragma once
 
 #include <bundle_icp/adjustment/bundle_adjustment.h>
+#include <bundle_icp/common/pose_estimate.h>
 #include <bundle_icp/graph/features.h>
 
 #include <vector>
 
 namespace bundle_icp {
 
-/** A feature of an image and the point of the model that the feature shows. */
+/** A feature of a frame and the point of the model that the feature shows. */
 struct PointObservation {
   int feature = 0;
   Eigen::Vector3d point; ///< [m], world frame
@@ -17,7 +18,7 @@ struct PointObservation {
 
 /** Dense evidence on the pose: the quadratic form of increment(delta) * world_from_camera around
  *  its own optimum. */
-struct DensePose {
+struct DensePoseTerm {
   Pose world_from_camera = Pose::Identity();
   Matrix6d information = Matrix6d::Zero();
 };
@@ -26,26 +27,17 @@ struct DensePose {
  *  m^2]: keeps covariances finite where not everything is seen. */
 constexpr double PRIOR_INFORMATION = 1;
 
-/** The part of the model that one image adds: its pose, and the error that all its depth shares. */
-struct ImagePose {
-  Pose world_from_camera = Pose::Identity();
-  DepthError depth_error = DepthError::Zero();
-  /** Of the camera's rotation [rad] and position [m], along the axes of the world, given the
-   *  model; a metre and a radian, or more, where a direction is open. */
-  Matrix6d covariance = Matrix6d::Identity();
-};
-
 /** Largest standard deviation in any direction, from a 3x3 block of a covariance. */
 double
 largestDeviation(const Eigen::Matrix3d& covariance);
 
-/** The pose of one image given the points that it sees: the same residuals and loss as
+/** The pose of one frame given the points that it sees: the same residuals and loss as
  *  adjustBundle(), with points and calibration held. Isotropic 3D-3D distances, as
  *  in Algorithm 1, line 2, give away that pixels are known far better than depth.
  *  \param depth_error whether the DepthError moves, too */
-ImagePose
-adjustPose(const ImageGraph& graph, const SparseModel& model, std::size_t image,
-           const std::vector<PointObservation>& observations, const DensePose& dense,
-           const BundleAdjustmentOptions& options, bool depth_error, const ImagePose& start);
+PoseEstimate
+adjustPose(const ImageGraph& graph, const SparseModel& model, std::size_t frame,
+           const std::vector<PointObservation>& observations, const DensePoseTerm& dense,
+           const BundleAdjustmentOptions& options, bool depth_error, const PoseEstimate& start);
 
 } // namespace bundle_icp

@@ -13,11 +13,11 @@ namespace bundle_icp {
 
 template <int SIZE>
 ReducedSystem<SIZE>::ReducedSystem(const AdjustmentTerms& terms, int num_threads)
-: terms_(terms), num_threads_(num_threads), observations_of_(observationsOfImages(terms)),
+: terms_(terms), num_threads_(num_threads), observations_of_(observationsOfFrames(terms)),
   structure_(sharedBlocks(terms, observations_of_, num_threads)),
   observations_(terms.observations.size()), eliminated_(terms.observations.size(), Columns::Zero()),
   points_(terms.points.size()), calibration_of_chunk_(terms.numChunks()),
-  blocks_(structure_.rows.size()), calibration_by_image_(terms.num_moving), images_(structure_)
+  blocks_(structure_.rows.size()), calibration_by_frame_(terms.num_moving), frames_(structure_)
 {
   if (numCalibrated() > 0) {
     by_calibration_.resize(terms.observations.size());
@@ -36,7 +36,7 @@ ReducedSystem<SIZE>::build(const AdjustmentState& state, double damping)
   diagonal_.setZero(size());
   gradient_.setZero(size());
   reduced_gradient_.setZero(size());
-  parallelFor(numImages(), num_threads_, {}, [this](std::size_t image) { sumColumn(image); });
+  parallelFor(numFrames(), num_threads_, {}, [this](std::size_t frame) { sumColumn(frame); });
   const Eigen::Index m = numCalibrated();
   calibration_.setZero(m, m);
   for (const CalibrationTerms& chunk : calibration_of_chunk_) {
@@ -85,7 +85,7 @@ ReducedSystem<SIZE>::eliminatePoint(std::size_t p, std::vector<Eigen::Matrix3d>&
     by_point.push_back(rows.by_point);
     hessian += rows.by_point.transpose() * rows.by_point;
     gradient += rows.by_point.transpose() * rows.residual;
-    observations_[k].by_image = rows.by_image.template leftCols<SIZE>();
+    observations_[k].by_frame = rows.by_frame.template leftCols<SIZE>();
     observations_[k].residual = rows.residual;
     if (m == 0)
       continue;
@@ -106,7 +106,7 @@ ReducedSystem<SIZE>::eliminatePoint(std::size_t p, std::vector<Eigen::Matrix3d>&
   point.reduced_gradient = point.root.transpose() * gradient;
   for (std::size_t k = first; k < last; ++k)
     eliminated_[k].template topRows<SIZE>() =
-        observations_[k].by_image.transpose() * (by_point[k - first] * point.root);
+        observations_[k].by_frame.transpose() * (by_point[k - first] * point.root);
   if (m == 0)
     return;
   points_by_calibration_[p] = point.root.transpose().lazyProduct(by_calibration);
@@ -118,44 +118,44 @@ ReducedSystem<SIZE>::eliminatePoint(std::size_t p, std::vector<Eigen::Matrix3d>&
 /** Phase two: one block column of the reduced matrix. */
 template <int SIZE>
 void
-ReducedSystem<SIZE>::sumColumn(std::size_t image)
+ReducedSystem<SIZE>::sumColumn(std::size_t frame)
 {
-  std::vector<double*> block_of(numImages(), nullptr);
-  for (std::size_t k = structure_.first[image]; k < structure_.first[image + 1]; ++k) {
+  std::vector<double*> block_of(numFrames(), nullptr);
+  for (std::size_t k = structure_.first[frame]; k < structure_.first[frame + 1]; ++k) {
     blocks_[k].setZero();
     block_of[std::size_t(structure_.rows[k])] = blocks_[k].data();
   }
   Square own = Square::Zero();
   Eigen::Matrix<double, SIZE, 1> gradient = Eigen::Matrix<double, SIZE, 1>::Zero(),
                                  reduced = gradient;
-  Eigen::MatrixXd& by_calibration = calibration_by_image_[image];
+  Eigen::MatrixXd& by_calibration = calibration_by_frame_[frame];
   by_calibration.setZero(numCalibrated(), SIZE);
   std::vector<const double*> factors;
   std::vector<double*> targets;
-  for (const std::size_t k : observations_of_[image]) {
+  for (const std::size_t k : observations_of_[frame]) {
     const ObservationTerms& o = observations_[k];
     const Columns& eliminated = eliminated_[k];
     const std::size_t p = std::size_t(terms_.observations[k].point);
-    own += o.by_image.transpose() * o.by_image;
-    gradient += o.by_image.transpose() * o.residual;
+    own += o.by_frame.transpose() * o.by_frame;
+    gradient += o.by_frame.transpose() * o.residual;
     reduced -= eliminated.template topRows<SIZE>() * points_[p].reduced_gradient;
     factors.clear();
     targets.clear();
     for (std::size_t j = terms_.first_observation[p]; j < terms_.first_observation[p + 1]; ++j) {
-      const std::size_t other = std::size_t(terms_.observations[j].image);
-      if (other < image || other >= numImages())
+      const std::size_t other = std::size_t(terms_.observations[j].frame);
+      if (other < frame || other >= numFrames())
         continue;
       factors.push_back(eliminated_[j].data());
       targets.push_back(block_of[other]);
     }
     subtractProducts<SIZE, 3>(eliminated.data(), factors.data(), targets.data(), factors.size());
     if (numCalibrated() > 0)
-      by_calibration += by_calibration_[k].transpose().lazyProduct(o.by_image) -
+      by_calibration += by_calibration_[k].transpose().lazyProduct(o.by_frame) -
                         points_by_calibration_[p].transpose().lazyProduct(
                             eliminated.template topRows<SIZE>().transpose());
   }
-  blocks_[structure_.first[image]].template topRows<SIZE>() += own;
-  const Eigen::Index at = SIZE * Eigen::Index(image);
+  blocks_[structure_.first[frame]].template topRows<SIZE>() += own;
+  const Eigen::Index at = SIZE * Eigen::Index(frame);
   diagonal_.segment<SIZE>(at) = own.diagonal();
   gradient_.segment<SIZE>(at) = gradient;
   reduced_gradient_.segment<SIZE>(at) = gradient + reduced;
@@ -166,21 +166,21 @@ void
 ReducedSystem<SIZE>::addPairs(const AdjustmentState& state)
 {
   for (const AdjustedPair& pair : terms_.pairs) {
-    const int images[] = {pair.first, pair.second};
+    const int frames[] = {pair.first, pair.second};
     const double* parameters[] = {state.poses[std::size_t(pair.first)].values,
                                   state.poses[std::size_t(pair.second)].values};
     Vector6d residual;
     Eigen::Matrix<double, 6, 6, Eigen::RowMajor> by_pose[2];
     double* jacobians[] = {by_pose[0].data(), by_pose[1].data()};
     pair.residual->linearise(parameters, residual.data(), jacobians);
-    const auto moves = [&](int k) { return terms_.images[std::size_t(images[k])].pose_moves; };
+    const auto moves = [&](int k) { return terms_.frames[std::size_t(frames[k])].pose_moves; };
     for (int k = 0; k < 2; ++k) {
       if (!moves(k))
         continue;
       const Matrix6d hessian = by_pose[k].transpose() * by_pose[k];
       const Vector6d gradient = by_pose[k].transpose() * residual;
-      const Eigen::Index at = SIZE * images[k];
-      blocks_[structure_.find(images[k], images[k])].template topLeftCorner<6, 6>() += hessian;
+      const Eigen::Index at = SIZE * frames[k];
+      blocks_[structure_.find(frames[k], frames[k])].template topLeftCorner<6, 6>() += hessian;
       diagonal_.segment<6>(at) += hessian.diagonal();
       gradient_.segment<6>(at) += gradient;
       reduced_gradient_.segment<6>(at) += gradient;
@@ -188,12 +188,12 @@ ReducedSystem<SIZE>::addPairs(const AdjustmentState& state)
     if (!moves(0) || !moves(1))
       continue;
     const int row = pair.first > pair.second ? 0 : 1;
-    blocks_[structure_.find(images[row], images[1 - row])].template topLeftCorner<6, 6>() +=
+    blocks_[structure_.find(frames[row], frames[1 - row])].template topLeftCorner<6, 6>() +=
         by_pose[row].transpose() * by_pose[1 - row];
   }
 }
 
-/** Priors; and unknowns that an image lacks, which stay where they are. */
+/** Priors; and unknowns that a frame lacks, which stay where they are. */
 template <int SIZE>
 void
 ReducedSystem<SIZE>::addPriors(const AdjustmentState& state)
@@ -205,12 +205,12 @@ ReducedSystem<SIZE>::addPriors(const AdjustmentState& state)
     gradient_[k] += weight * value;
     reduced_gradient_[k] += weight * value;
   };
-  for (std::size_t i = 0; i < numImages(); ++i) {
+  for (std::size_t i = 0; i < numFrames(); ++i) {
     Block& own = blocks_[structure_.first[i]];
     const Eigen::Index at = SIZE * Eigen::Index(i);
     for (int k = 6; k < SIZE; ++k)
       add(at + k, own(k, k), state.depth_errors[i][k - 6], terms_.depthErrorDeviation());
-    if (!terms_.images[i].pose_moves)
+    if (!terms_.frames[i].pose_moves)
       own.template topLeftCorner<6, 6>().diagonal().setOnes();
   }
   for (Eigen::Index k = 0; k < numCalibrated(); ++k) {
@@ -224,7 +224,7 @@ template <int SIZE>
 void
 ReducedSystem<SIZE>::addDamping()
 {
-  for (std::size_t i = 0; i < numImages(); ++i)
+  for (std::size_t i = 0; i < numFrames(); ++i)
     for (int k = 0; k < SIZE; ++k)
       blocks_[structure_.first[i]](k, k) +=
           damping_ * dampedPart(diagonal_[SIZE * Eigen::Index(i) + k]);
@@ -236,14 +236,14 @@ template <int SIZE>
 bool
 ReducedSystem<SIZE>::factorise()
 {
-  if (!images_.factorise(blocks_))
+  if (!frames_.factorise(blocks_))
     return false;
   const Eigen::Index m = numCalibrated(), n = size() - m;
   Eigen::MatrixXd right(n, m + 1);
-  for (std::size_t i = 0; m > 0 && i < numImages(); ++i)
-    right.block(SIZE * Eigen::Index(i), 0, SIZE, m) = calibration_by_image_[i].transpose();
+  for (std::size_t i = 0; m > 0 && i < numFrames(); ++i)
+    right.block(SIZE * Eigen::Index(i), 0, SIZE, m) = calibration_by_frame_[i].transpose();
   right.col(m) = reduced_gradient_.head(n);
-  solved_ = images_.solve(right);
+  solved_ = frames_.solve(right);
   border_.compute(calibration_ - right.leftCols(m).transpose() * solved_.leftCols(m));
   return border_.info() == Eigen::Success;
 }
@@ -257,8 +257,8 @@ ReducedSystem<SIZE>::solve(const AdjustmentState& state)
   const Eigen::Index m = numCalibrated(), n = size() - m;
   Eigen::VectorXd step(size());
   step.tail(m) = reduced_gradient_.tail(m);
-  for (std::size_t i = 0; m > 0 && i < numImages(); ++i)
-    step.tail(m) -= calibration_by_image_[i] * solved_.col(m).segment<SIZE>(SIZE * Eigen::Index(i));
+  for (std::size_t i = 0; m > 0 && i < numFrames(); ++i)
+    step.tail(m) -= calibration_by_frame_[i] * solved_.col(m).segment<SIZE>(SIZE * Eigen::Index(i));
   step.tail(m) = -border_.solve(step.tail(m));
   step.head(n) = -solved_.col(m) - solved_.leftCols(m) * step.tail(m);
   if (!step.allFinite())
@@ -280,9 +280,9 @@ ReducedSystem<SIZE>::solve(const AdjustmentState& state)
   for (const Eigen::Vector3d& point : state.points)
     squared_length += point.squaredNorm();
   const PoseManifold manifold;
-  for (std::size_t i = 0; i < numImages(); ++i) {
+  for (std::size_t i = 0; i < numFrames(); ++i) {
     const Eigen::Matrix<double, SIZE, 1> moved = step.segment<SIZE>(SIZE * Eigen::Index(i));
-    if (terms_.images[i].pose_moves)
+    if (terms_.frames[i].pose_moves)
       manifold.Plus(state.poses[i].values, moved.data(), result.state.poses[i].values);
     if constexpr (SIZE > 6)
       result.state.depth_errors[i] += moved.template tail<3>();
@@ -309,9 +309,9 @@ ReducedSystem<SIZE>::substituteBack(std::size_t chunk, const Eigen::VectorXd& st
     const PointTerms& point = points_[p];
     Eigen::Vector3d right = point.reduced_gradient;
     for (std::size_t k = terms_.first_observation[p]; k < terms_.first_observation[p + 1]; ++k)
-      if (const int image = terms_.observations[k].image; image < int(numImages()))
+      if (const int frame = terms_.observations[k].frame; frame < int(numFrames()))
         right +=
-            eliminated_[k].template topRows<SIZE>().transpose() * step.segment<SIZE>(SIZE * image);
+            eliminated_[k].template topRows<SIZE>().transpose() * step.segment<SIZE>(SIZE * frame);
     if (numCalibrated() > 0)
       right += points_by_calibration_[p] * step.tail(numCalibrated());
     const Eigen::Vector3d moved = -(point.root * right);

@@ -13,13 +13,13 @@
 namespace bundle_icp {
 
 /** The normal equations of an adjustment, damped, with the points eliminated (the Schur complement
- *  of bundle adjustment): what is left are the images, six or nine unknowns each, and the
+ *  of bundle adjustment): what is left are the frames, six or nine unknowns each, and the
  *  calibration. A problem as minimise() takes it.
  *
  *  Both halves run in parallel and give the same sums for any number of threads: points are
  *  eliminated in fixed chunks, and each block column of the reduced matrix is summed by one thread
  *  alone.
- *  \tparam SIZE unknowns of an image: 6, or 9 with its depth error */
+ *  \tparam SIZE unknowns of a frame: 6, or 9 with its depth error */
 template <int SIZE>
 class ReducedSystem {
 public:
@@ -47,9 +47,9 @@ private:
   using Columns = Eigen::Matrix<double, Block::RowsAtCompileTime, 3>;
   using Matrix3X = Eigen::Matrix<double, 3, Eigen::Dynamic>;
 
-  /** What phase one leaves of an observation by an image that moves. */
+  /** What phase one leaves of an observation by a frame that moves. */
   struct ObservationTerms {
-    Eigen::Matrix<double, 3, SIZE> by_image;
+    Eigen::Matrix<double, 3, SIZE> by_frame;
     Eigen::Vector3d residual;
   };
 
@@ -73,7 +73,7 @@ private:
   void
   eliminatePoint(std::size_t p, std::vector<Eigen::Matrix3d>& by_point, CalibrationTerms& sums);
   void
-  sumColumn(std::size_t image);
+  sumColumn(std::size_t frame);
   void
   addPairs(const AdjustmentState& state);
   void
@@ -86,7 +86,7 @@ private:
   substituteBack(std::size_t chunk, const Eigen::VectorXd& step, AdjustmentState& state) const;
 
   std::size_t
-  numImages() const
+  numFrames() const
   {
     return terms_.num_moving;
   }
@@ -98,29 +98,29 @@ private:
   Eigen::Index
   size() const
   {
-    return SIZE * Eigen::Index(numImages()) + numCalibrated();
+    return SIZE * Eigen::Index(numFrames()) + numCalibrated();
   }
   const AdjustmentTerms& terms_;
   const int num_threads_;
   const AdjustmentState* state_ = nullptr; ///< while it is built
   double damping_ = 0;
-  const std::vector<std::vector<std::size_t>> observations_of_; ///< by image that moves
-  const BlockStructure structure_;                              ///< of the images' matrix
+  const std::vector<std::vector<std::size_t>> observations_of_; ///< by frame that moves
+  const BlockStructure structure_;                              ///< of the frames' matrix
   // Phase one
   std::vector<ObservationTerms> observations_;
-  std::vector<Columns> eliminated_;      ///< by observation: by_image' by_point L
+  std::vector<Columns> eliminated_;      ///< by observation: by_frame' by_point L
   std::vector<Matrix3X> by_calibration_; ///< by observation
   std::vector<PointTerms> points_;
   std::vector<Matrix3X> points_by_calibration_; ///< (by_calibration' by_point L)'
   std::vector<CalibrationTerms> calibration_of_chunk_;
   // Phase two
   std::vector<Block> blocks_;
-  std::vector<Eigen::MatrixXd> calibration_by_image_;
+  std::vector<Eigen::MatrixXd> calibration_by_frame_;
   Eigen::MatrixXd calibration_;
   Eigen::VectorXd diagonal_, gradient_, reduced_gradient_;
-  // The images' matrix is factorised, and eliminated from what the calibration adds to it.
-  BlockCholesky<SIZE> images_;
-  Eigen::MatrixXd solved_;             ///< images' inverse times [by calibration | gradient]
+  // The frames' matrix is factorised, and eliminated from what the calibration adds to it.
+  BlockCholesky<SIZE> frames_;
+  Eigen::MatrixXd solved_;             ///< frames' inverse times [by calibration | gradient]
   Eigen::LLT<Eigen::MatrixXd> border_; ///< what is left for the calibration
 };
 

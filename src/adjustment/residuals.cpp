@@ -125,8 +125,8 @@ PixelResidual::linearise(const double* const* parameters, double* residuals,
 {
   const Eigen::Matrix3d rotation = rotationOf(parameters[0]).toRotationMatrix();
   const Eigen::Vector3d rotated = rotation * Eigen::Map<const Eigen::Vector3d>(parameters[1]);
-  const MeasurementModel model(image_.camera, Eigen::Map<const CalibrationVector>(parameters[2]),
-                               image_.motion);
+  const MeasurementModel model(frame_.camera, Eigen::Map<const CalibrationVector>(parameters[2]),
+                               frame_.motion);
   Eigen::Matrix<double, 2, 3> by_point;
   CalibrationRows2 by_calibration;
   const Eigen::Vector2d predicted = model.pixel(
@@ -153,7 +153,7 @@ DepthResidual::linearise(const double* const* parameters, double* residuals,
   const Eigen::Matrix3d rotation = rotationOf(parameters[0]).toRotationMatrix();
   const Eigen::Vector3d rotated = rotation * Eigen::Map<const Eigen::Vector3d>(parameters[1]);
   const Eigen::Map<const CalibrationVector> calibration(parameters[2]);
-  const MeasurementModel model(image_.camera, calibration, image_.motion);
+  const MeasurementModel model(frame_.camera, calibration, frame_.motion);
   const Eigen::Vector2d shift(calibration[int(CalibrationParameter::DEPTH_SHIFT_X)],
                               calibration[int(CalibrationParameter::DEPTH_SHIFT_Y)]);
   Eigen::RowVector3d by_point, by_error;
@@ -179,12 +179,12 @@ DepthResidual::linearise(const double* const* parameters, double* residuals,
     Eigen::Map<Eigen::RowVector3d>{jacobians[3]} = weight_ * by_error;
 }
 
-ObservationResiduals::ObservationResiduals(const ImageMeasurement& image, const Features& features,
+ObservationResiduals::ObservationResiduals(const FrameMeasurement& frame, const Features& features,
                                            int feature, const DepthNoise* noise)
-: pixel(std::make_unique<PixelResidual>(image, features, feature))
+: pixel(std::make_unique<PixelResidual>(frame, features, feature))
 {
   if (noise && features.hasDepth(feature))
-    depth = std::make_unique<DepthResidual>(image, *noise, features, feature);
+    depth = std::make_unique<DepthResidual>(frame, *noise, features, feature);
 }
 
 double
@@ -221,8 +221,8 @@ ObservationResiduals::linearise(const double* const* blocks, double loss_scale,
       std::sqrt(robustWeight(rows.residual[2] * rows.residual[2], loss_scale));
   const Eigen::Vector3d weights(pixel_weight, pixel_weight, depth_weight);
   rows.residual = weights.cwiseProduct(rows.residual);
-  rows.by_image.leftCols<6>() = weights.asDiagonal() * by_motion;
-  rows.by_image.bottomRightCorner<1, 3>() = depth_weight * by_error;
+  rows.by_frame.leftCols<6>() = weights.asDiagonal() * by_motion;
+  rows.by_frame.bottomRightCorner<1, 3>() = depth_weight * by_error;
   rows.by_point = weights.asDiagonal() * by_point;
   if (by_calibration)
     rows.by_calibration = weights.asDiagonal() * rows.by_calibration;

@@ -92,8 +92,8 @@ public:
   }
 };
 
-/** Data that all residuals of an image share. */
-struct ImageMeasurement {
+/** Data that all residuals of a frame share. */
+struct FrameMeasurement {
   const CameraIntrinsics& camera;
   Vector6d motion = Vector6d::Zero(); ///< see MeasurementModel
 };
@@ -101,8 +101,8 @@ struct ImageMeasurement {
 /** (predicted pixel - measured pixel) / sigma. Blocks: pose, point in the world, calibration. */
 class PixelResidual final : public PoseResidual<2, 7, 3, NUM_CALIBRATION_PARAMETERS> {
 public:
-  PixelResidual(const ImageMeasurement& image, const Features& features, int feature)
-  : image_(image), pixel_(features.pixels[feature].cast<double>()),
+  PixelResidual(const FrameMeasurement& frame, const Features& features, int feature)
+  : frame_(frame), pixel_(features.pixels[feature].cast<double>()),
     weight_(1 / features.pixel_sigmas[feature])
   {
   }
@@ -110,7 +110,7 @@ public:
   linearise(const double* const* parameters, double* residuals, double** jacobians) const override;
 
 private:
-  const ImageMeasurement& image_;
+  const FrameMeasurement& frame_;
   Eigen::Vector2d pixel_;
   double weight_;
 };
@@ -120,9 +120,9 @@ private:
  *  would improve by shrinking alone. Blocks: pose, point in the world, calibration, DepthError. */
 class DepthResidual final : public PoseResidual<1, 7, 3, NUM_CALIBRATION_PARAMETERS, 3> {
 public:
-  DepthResidual(const ImageMeasurement& image, const DepthNoise& noise, const Features& features,
+  DepthResidual(const FrameMeasurement& frame, const DepthNoise& noise, const Features& features,
                 int feature)
-  : image_(image), noise_(noise), pixel_(features.pixels[feature].cast<double>()),
+  : frame_(frame), noise_(noise), pixel_(features.pixels[feature].cast<double>()),
     slope_(features.depthSlope(feature).cast<double>()), depth_(features.depths[feature]),
     weight_(1 / features.depth_sigmas[feature])
   {
@@ -131,7 +131,7 @@ public:
   linearise(const double* const* parameters, double* residuals, double** jacobians) const override;
 
 private:
-  const ImageMeasurement& image_;
+  const FrameMeasurement& frame_;
   const DepthNoise& noise_;
   Eigen::Vector2d pixel_;
   Eigen::Vector2d slope_;
@@ -143,7 +143,7 @@ private:
  *  its robust weight: two rows for the pixel, one for the depth. */
 struct ObservationRows {
   Eigen::Vector3d residual = Eigen::Vector3d::Zero();
-  Eigen::Matrix<double, 3, 9> by_image =
+  Eigen::Matrix<double, 3, 9> by_frame =
       Eigen::Matrix<double, 3, 9>::Zero(); ///< motion, depth error
   Eigen::Matrix3d by_point = Eigen::Matrix3d::Zero();
   Eigen::Matrix<double, 3, NUM_CALIBRATION_PARAMETERS, Eigen::RowMajor> by_calibration =
@@ -157,7 +157,7 @@ struct ObservationResiduals {
   std::unique_ptr<DepthResidual> depth; ///< null where none was measured
 
   /** \param noise null when measured depth takes no part */
-  ObservationResiduals(const ImageMeasurement& image, const Features& features, int feature,
+  ObservationResiduals(const FrameMeasurement& frame, const Features& features, int feature,
                        const DepthNoise* noise);
 
   /** Sum of the squared residuals under the Cauchy loss. */
@@ -169,7 +169,7 @@ struct ObservationResiduals {
 };
 
 /** Square root of the information times the motion from the measured to the present relative
- *  pose. Blocks: pose of the first, pose of the second image. */
+ *  pose. Blocks: pose of the first, pose of the second frame. */
 class RelativePoseResidual final : public PoseResidual<6, 7, 7> {
 public:
   RelativePoseResidual(const Pose& first_from_second, const Matrix6d& information);

@@ -9,12 +9,12 @@
 namespace bundle_icp {
 
 std::vector<std::vector<std::size_t>>
-observationsOfImages(const AdjustmentTerms& terms)
+observationsOfFrames(const AdjustmentTerms& terms)
 {
   std::vector<std::vector<std::size_t>> result(terms.num_moving);
   for (std::size_t k = 0; k < terms.observations.size(); ++k)
-    if (const std::size_t image = std::size_t(terms.observations[k].image); image < result.size())
-      result[image].push_back(k);
+    if (const std::size_t frame = std::size_t(terms.observations[k].frame); frame < result.size())
+      result[frame].push_back(k);
   return result;
 }
 
@@ -35,8 +35,8 @@ sharedBlocks(const AdjustmentTerms& terms,
     for (const std::size_t k : observations_of[c]) {
       const std::size_t p = std::size_t(terms.observations[k].point);
       for (std::size_t o = terms.first_observation[p]; o < terms.first_observation[p + 1]; ++o)
-        if (terms.observations[o].image < int(columns.size()))
-          shared[std::size_t(terms.observations[o].image)] = 1;
+        if (terms.observations[o].frame < int(columns.size()))
+          shared[std::size_t(terms.observations[o].frame)] = 1;
     }
     columns[c].clear();
     for (std::size_t r = c; r < columns.size(); ++r)

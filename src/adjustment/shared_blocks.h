@@ -9,13 +9,13 @@
 
 namespace bundle_icp {
 
-/** The observations of each image that moves, by index into the terms' list. */
+/** The observations of each frame that moves, by index into the terms' list. */
 std::vector<std::vector<std::size_t>>
-observationsOfImages(const AdjustmentTerms& terms);
+observationsOfFrames(const AdjustmentTerms& terms);
 
-/** Blocks of the images' reduced matrix that are not zero: two images share one when they see a
+/** Blocks of the frames' reduced matrix that are not zero: two frames share one when they see a
  *  point together or are a dense pair.
- *  \param observations_of observationsOfImages() */
+ *  \param observations_of observationsOfFrames() */
 BlockStructure
 sharedBlocks(const AdjustmentTerms& terms,
              const std::vector<std::vector<std::size_t>>& observations_of, int num_threads);

@@ -55,7 +55,7 @@ public:
   {
   }
 
-  TrackedFrame
+  FrameRegistration
   track(const RGBDFrame& frame, const Features& features);
 
   const TSDFVolume&
@@ -68,12 +68,12 @@ private:
   VisualCorrespondences
   matchWithLast(const Features& features) const;
   bool
-  isTrustworthy(const TrackedFrame& found, const Guess& guess) const;
+  isTrustworthy(const FrameRegistration& found, const Guess& guess) const;
   std::vector<Guess>
-  guesses(const std::optional<VisualPose>& visual_pose, double timestamp) const;
-  TrackedFrame
+  guesses(const std::optional<RigidAlignment>& visual_pose, double timestamp) const;
+  FrameRegistration
   findPose(const Cloud::Ptr& source, const Features& features, double timestamp) const;
-  TrackedFrame
+  FrameRegistration
   align(const Cloud::Ptr& source, const Pose& guess) const;
   void
   remember(const RGBDFrame& frame, const Features& features, const Pose& world_from_camera);
@@ -85,10 +85,10 @@ private:
   Features last_features_;
 };
 
-TrackedFrame
+FrameRegistration
 FrameToModelTracker::Impl::track(const RGBDFrame& frame, const Features& features)
 {
-  TrackedFrame result;
+  FrameRegistration result;
   const DepthView view =
       makeDepthView(frame.depth, camera_, options_.depth_reduction, options_.depth);
   if (cv::countNonZero(view.depth > 0) < MIN_MEASURED * double(view.depth.total())) {
@@ -98,10 +98,10 @@ FrameToModelTracker::Impl::track(const RGBDFrame& frame, const Features& feature
   if (last_)
     result = findPose(toPointCloud(view), features, frame.timestamp);
   else {
-    result.is_tracked = true;
+    result.registered = true;
     result.overlap = 1; // the model will be this frame
   }
-  if (result.is_tracked) {
+  if (result.registered) {
     volume_.integrate(frame, camera_, result.world_from_camera);
     remember(frame, features, result.world_from_camera);
   }
@@ -114,28 +114,28 @@ FrameToModelTracker::Impl::track(const RGBDFrame& frame, const Features& feature
 }
 
 /** The first pose that passes; else the pose of largest overlap. */
-TrackedFrame
+FrameRegistration
 FrameToModelTracker::Impl::findPose(const Cloud::Ptr& source, const Features& features,
                                     double timestamp) const
 {
   const VisualCorrespondences visual = matchWithLast(features);
-  const std::optional<VisualPose> visual_pose = estimateVisualPose(visual);
-  TrackedFrame best;
+  const std::optional<RigidAlignment> visual_pose = estimateVisualPose(visual);
+  FrameRegistration best;
   for (const Guess& guess : guesses(visual_pose, timestamp)) {
-    TrackedFrame found = align(source, guess.world_from_camera);
-    found.is_tracked = isTrustworthy(found, guess);
-    if (found.is_tracked || found.overlap >= best.overlap)
+    FrameRegistration found = align(source, guess.world_from_camera);
+    found.registered = isTrustworthy(found, guess);
+    if (found.registered || found.overlap >= best.overlap)
       best = found;
-    if (found.is_tracked)
+    if (found.registered)
       break;
   }
   best.matches = visual.source.size();
-  best.inliers = visual_pose ? visual_pose->inliers : 0;
+  best.inliers = visual_pose ? visual_pose->inliers.size() : 0;
   return best;
 }
 
 bool
-FrameToModelTracker::Impl::isTrustworthy(const TrackedFrame& found, const Guess& guess) const
+FrameToModelTracker::Impl::isTrustworthy(const FrameRegistration& found, const Guess& guess) const
 {
   const Pose correction = guess.world_from_camera.inverse() * found.world_from_camera;
   const bool do_features_agree = guess.is_visual &&
@@ -168,12 +168,12 @@ FrameToModelTracker::Impl::matchWithLast(const Features& features) const
 /** Where the camera may be by now, the likeliest first. Matches only give the start:
  * held against a single noisy frame, they would pull ICP away from the model. */
 std::vector<Guess>
-FrameToModelTracker::Impl::guesses(const std::optional<VisualPose>& visual_pose,
+FrameToModelTracker::Impl::guesses(const std::optional<RigidAlignment>& visual_pose,
                                    double timestamp) const
 {
   std::vector<Guess> guesses;
   if (visual_pose)
-    guesses.push_back({visual_pose->world_from_source, true});
+    guesses.push_back({visual_pose->target_from_source, true});
   if (before_last_) {
     const double intervals =
         (timestamp - last_->timestamp) / (last_->timestamp - before_last_->timestamp);
@@ -185,7 +185,7 @@ FrameToModelTracker::Impl::guesses(const std::optional<VisualPose>& visual_pose,
   return guesses;
 }
 
-TrackedFrame
+FrameRegistration
 FrameToModelTracker::Impl::align(const Cloud::Ptr& source, const Pose& guess) const
 {
   const CameraIntrinsics camera = camera_.reduced(options_.depth_reduction);
@@ -202,7 +202,7 @@ FrameToModelTracker::Impl::align(const Cloud::Ptr& source, const Pose& guess) co
   Cloud aligned;
   icp.align(aligned, guess.matrix().cast<float>());
   const BundleICPResult& found = icp.getResult();
-  TrackedFrame result;
+  FrameRegistration result;
   result.world_from_camera = closestPose(icp.getFinalTransformation().cast<double>());
   result.overlap = found.overlap;
   result.icp_rmse = found.rmse;
@@ -247,7 +247,7 @@ FrameToModelTracker::FrameToModelTracker(const CameraIntrinsics& camera,
 
 FrameToModelTracker::~FrameToModelTracker() = default;
 
-TrackedFrame
+FrameRegistration
 FrameToModelTracker::track(const RGBDFrame& frame, const Features& features)
 {
   return impl_->track(frame, features);

@@ -16,8 +16,7 @@ class DepthEdges {
 public:
   DepthEdges() = default;
   explicit DepthEdges(const CameraIntrinsics& camera)
-  : noise_(camera.depth_noise, SIGMAS),
-    slope_(static_cast<float>(STEEPEST / std::min(camera.fx, camera.fy)))
+  : noise_(camera.depth_noise, SIGMAS), slope_(float(STEEPEST / std::min(camera.fx, camera.fy)))
   {
   }
 

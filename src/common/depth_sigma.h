@@ -15,9 +15,8 @@ struct DepthSigma {
 
   DepthSigma() = default;
   explicit DepthSigma(const DepthNoise& noise, double factor = 1)
-  : constant(static_cast<float>(factor * noise.constant)),
-    quadratic(static_cast<float>(factor * noise.quadratic)),
-    offset(static_cast<float>(noise.offset))
+  : constant(float(factor * noise.constant)), quadratic(float(factor * noise.quadratic)),
+    offset(float(noise.offset))
   {
   }
 

@@ -65,7 +65,7 @@ std::optional<Pose>
 sampleConsensus(const std::vector<PointPair>& pairs, const RigidAlignmentOptions& options)
 {
   const double limit = options.inlier_sigmas * options.inlier_sigmas;
-  const double worst_cost = static_cast<double>(pairs.size()) * limit;
+  const double worst_cost = double(pairs.size()) * limit;
   std::mt19937_64 random(options.seed);
   std::optional<Pose> best;
   double best_cost = worst_cost, needed = options.max_samples;
@@ -114,7 +114,7 @@ spansAPlane(const std::vector<PointPair>& pairs, const std::vector<std::size_t>&
 {
   if (inliers.size() < 3)
     return false;
-  const double share = 1 / static_cast<double>(inliers.size());
+  const double share = 1 / double(inliers.size());
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   double variance = 0;
   for (const std::size_t i : inliers) {
@@ -127,6 +127,32 @@ spansAPlane(const std::vector<PointPair>& pairs, const std::vector<std::size_t>&
     scatter += share * d * d.transpose();
   }
   return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(scatter).eigenvalues()[1] > 4 * variance;
+}
+
+/** Robust standard deviation, in units of the expected one, of 3-vectors with these squared
+ *  normalised lengths; at least 1. The median of chi-squared with 3 degrees is 2.366. */
+double
+observedScale(std::vector<double> squared)
+{
+  const auto middle = squared.begin() + std::ptrdiff_t(squared.size() / 2);
+  std::nth_element(squared.begin(), middle, squared.end());
+  return std::max(1.0, std::sqrt(*middle / 2.366));
+}
+
+/** Sets rmse and scale. */
+void
+measureResiduals(const std::vector<PointPair>& pairs, RigidAlignment& alignment)
+{
+  double sum = 0;
+  std::vector<double> squared_sigmas;
+  for (const std::size_t i : alignment.inliers) {
+    const double squared =
+        (alignment.target_from_source * pairs[i].source - pairs[i].target).squaredNorm();
+    sum += squared;
+    squared_sigmas.push_back(pairs[i].weight * squared);
+  }
+  alignment.rmse = std::sqrt(sum / double(alignment.inliers.size()));
+  alignment.scale = observedScale(std::move(squared_sigmas));
 }
 
 } // namespace
@@ -191,11 +217,14 @@ robustRigidAlignment(const std::vector<PointPair>& pairs, const RigidAlignmentOp
     pose = refine(pairs, *pose, limit);
   if (!pose)
     return {};
-  RigidAlignment result{false, *pose, {}};
+  RigidAlignment result;
+  result.target_from_source = *pose;
   for (std::size_t i = 0; i < pairs.size(); ++i)
     if (squaredSigmas(*pose, pairs[i]) <= limit)
       result.inliers.push_back(i);
   result.success = spansAPlane(pairs, result.inliers);
+  if (result.success)
+    measureResiduals(pairs, result);
   return result;
 }
 

@@ -48,7 +48,7 @@ Function
 choose(Function baseline, Function avx2, Function avx512)
 {
   const Function functions[] = {baseline, avx2, avx512};
-  return functions[static_cast<int>(variant())];
+  return functions[int(variant())];
 }
 
 template <auto kernel>

@@ -16,7 +16,7 @@ errorStatistics(std::vector<double> errors)
   if (errors.empty())
     return result;
   std::sort(errors.begin(), errors.end());
-  const double n = static_cast<double>(errors.size());
+  const double n = double(errors.size());
   result.mean = std::accumulate(errors.begin(), errors.end(), 0.0) / n;
   result.rmse =
       std::sqrt(std::inner_product(errors.begin(), errors.end(), errors.begin(), 0.0) / n);

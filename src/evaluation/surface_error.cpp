@@ -36,7 +36,7 @@ alignedVertices(const pcl::PolygonMesh& mesh, const Pose& truth_from_estimate)
         (truth_from_estimate * vertex.getVector3fMap().cast<double>()).cast<float>();
   for (const pcl::Vertices& polygon : mesh.polygons)
     for (const auto index : polygon.vertices)
-      if (static_cast<std::size_t>(index) >= vertices.size())
+      if (std::size_t(index) >= vertices.size())
         fail("a polygon names vertex " + std::to_string(index) + " of " +
              std::to_string(vertices.size()));
   return vertices;
@@ -108,7 +108,7 @@ nearestDistances(const Cloud& points, const Cloud::ConstPtr& others, int num_thr
     pcl::Indices index(1);
     std::vector<float> squared(1);
 #pragma omp for schedule(dynamic, 1024)
-    for (std::ptrdiff_t i = 0; i < static_cast<std::ptrdiff_t>(points.size()); ++i) {
+    for (std::ptrdiff_t i = 0; i < std::ptrdiff_t(points.size()); ++i) {
       tree.nearestKSearch(points[i], 1, index, squared);
       distances[i] = std::sqrt(squared[0]);
     }
@@ -121,7 +121,7 @@ knownDistances(const Cloud& points, const SurfaceErrorOptions& options, int num_
 {
   std::vector<double> distances(points.size());
 #pragma omp parallel for num_threads(num_threads) schedule(dynamic, 1024)
-  for (std::ptrdiff_t i = 0; i < static_cast<std::ptrdiff_t>(points.size()); ++i)
+  for (std::ptrdiff_t i = 0; i < std::ptrdiff_t(points.size()); ++i)
     distances[i] = options.distance_to_truth(points[i].getVector3fMap().cast<double>());
   return distances;
 }

@@ -13,7 +13,7 @@ namespace bundle_icp {
 namespace {
 
 struct Node {
-  ImageNode image;
+  ImageNode frame;
   std::size_t correspondences = 0;
   bool is_key = false;
   std::string exclusion;
@@ -43,7 +43,7 @@ struct ImageGraph::Impl {
   {
     std::vector<const Features*> features;
     for (std::size_t i = 0; i < boost::num_vertices(graph); ++i)
-      features.push_back(&graph[i].image.features);
+      features.push_back(&graph[i].frame.features);
     return features;
   }
 
@@ -57,7 +57,7 @@ struct ImageGraph::Impl {
   chooseCandidates(std::size_t first_new, bool ordered_in_time);
 
   void
-  excludeImages();
+  excludeFrames();
 };
 
 bool
@@ -99,7 +99,7 @@ ImageGraph::Impl::addTemporalCandidates(std::size_t first_new, Candidates& candi
   for (std::size_t i = 0; i < by_time.size(); ++i)
     by_time[i] = i;
   std::stable_sort(by_time.begin(), by_time.end(), [this](std::size_t a, std::size_t b) {
-    return graph[a].image.timestamp < graph[b].image.timestamp;
+    return graph[a].frame.timestamp < graph[b].frame.timestamp;
   });
   for (std::size_t k = 0; k < by_time.size(); ++k)
     for (std::size_t step = 1; step <= options.num_neighbours_in_time; ++step)
@@ -114,13 +114,13 @@ ImageGraph::Impl::addSimilarCandidates(std::size_t first_new, Candidates& candid
   if (!retrieval)
     retrieval.emplace(allFeatures(), options.retrieval);
   while (retrieval->size() < count)
-    retrieval->add(graph[retrieval->size()].image.features);
+    retrieval->add(graph[retrieval->size()].frame.features);
 
-  // The sharpest image first: a cover that starts with a bad one would keep it.
+  // The sharpest frame first: a cover that starts with a bad one would keep it.
   std::size_t sharpest = 0;
   for (std::size_t i = 0; i < count; ++i) {
     graph[i].is_key = false;
-    if (graph[i].image.features.sharpness > graph[sharpest].image.features.sharpness)
+    if (graph[i].frame.features.sharpness > graph[sharpest].frame.features.sharpness)
       sharpest = i;
   }
   const std::vector<std::size_t> keys =
@@ -155,23 +155,23 @@ ImageGraph::Impl::chooseCandidates(std::size_t first_new, bool ordered_in_time)
 }
 
 void
-ImageGraph::Impl::excludeImages()
+ImageGraph::Impl::excludeFrames()
 {
   for (std::size_t i = 0; i < boost::num_vertices(graph); ++i) {
     Node& node = graph[i];
     std::vector<double> sharpness;
     const auto [begin, end] = boost::adjacent_vertices(i, graph);
     for (auto neighbour = begin; neighbour != end; ++neighbour)
-      sharpness.push_back(graph[*neighbour].image.features.sharpness);
+      sharpness.push_back(graph[*neighbour].frame.features.sharpness);
     node.exclusion.clear();
     if (sharpness.empty()) {
       node.exclusion = "no other image shares " + std::to_string(options.matching.min_matches) +
-                       " verified matches with it (" + std::to_string(node.image.features.size()) +
+                       " verified matches with it (" + std::to_string(node.frame.features.size()) +
                        " features)";
       continue;
     }
     std::nth_element(sharpness.begin(), sharpness.begin() + sharpness.size() / 2, sharpness.end());
-    const double relative = node.image.features.sharpness / sharpness[sharpness.size() / 2];
+    const double relative = node.frame.features.sharpness / sharpness[sharpness.size() / 2];
     if (relative < options.min_relative_sharpness)
       node.exclusion = "blurred: sharpness is " + std::to_string(int(100 * relative)) +
                        " % of that of its neighbours";
@@ -179,7 +179,7 @@ ImageGraph::Impl::excludeImages()
 }
 
 bool
-ImageGraph::append(std::vector<ImageNode> images, bool ordered_in_time,
+ImageGraph::append(std::vector<ImageNode> frames, bool ordered_in_time,
                    const ProgressCallback& progress)
 {
   if (!impl_->has_descriptors)
@@ -187,9 +187,9 @@ ImageGraph::append(std::vector<ImageNode> images, bool ordered_in_time,
         "ImageGraph: the descriptors were released; no image can be appended");
   Graph& graph = impl_->graph;
   const std::size_t first_new = boost::num_vertices(graph);
-  for (ImageNode& image : images) {
+  for (ImageNode& frame : frames) {
     Node node;
-    node.image = std::move(image);
+    node.frame = std::move(frame);
     boost::add_vertex(std::move(node), graph);
   }
   const Candidates candidates = impl_->chooseCandidates(first_new, ordered_in_time);
@@ -206,18 +206,18 @@ ImageGraph::append(std::vector<ImageNode> images, bool ordered_in_time,
     const std::size_t first = pair.first, second = pair.second;
     boost::add_edge(first, second, std::move(pair), graph);
   }
-  impl_->excludeImages();
+  impl_->excludeFrames();
   return completed;
 }
 
 void
-ImageGraph::releaseDescriptors(bool keep_key_images)
+ImageGraph::releaseDescriptors(bool keep_key_frames)
 {
   impl_->has_descriptors = false;
   impl_->retrieval.reset();
   for (std::size_t i = 0; i < size(); ++i)
-    if (!keep_key_images || !isKey(i))
-      impl_->graph[i].image.features.descriptors.release();
+    if (!keep_key_frames || !isKey(i))
+      impl_->graph[i].frame.features.descriptors.release();
 }
 
 std::size_t
@@ -233,22 +233,22 @@ ImageGraph::camera() const
 }
 
 const Features&
-ImageGraph::features(std::size_t image) const
+ImageGraph::features(std::size_t frame) const
 {
-  return impl_->graph[image].image.features;
+  return impl_->graph[frame].frame.features;
 }
 
 double
-ImageGraph::timestamp(std::size_t image) const
+ImageGraph::timestamp(std::size_t frame) const
 {
-  return impl_->graph[image].image.timestamp;
+  return impl_->graph[frame].frame.timestamp;
 }
 
 std::vector<ImageEdge>
-ImageGraph::edges(std::size_t image) const
+ImageGraph::edges(std::size_t frame) const
 {
   std::vector<ImageEdge> result;
-  const auto [begin, end] = boost::out_edges(image, impl_->graph);
+  const auto [begin, end] = boost::out_edges(frame, impl_->graph);
   for (auto edge = begin; edge != end; ++edge)
     result.push_back({boost::target(*edge, impl_->graph), &impl_->graph[*edge]});
   std::sort(result.begin(), result.end(),
@@ -263,21 +263,21 @@ ImageGraph::numEdges() const
 }
 
 std::size_t
-ImageGraph::correspondences(std::size_t image) const
+ImageGraph::correspondences(std::size_t frame) const
 {
-  return impl_->graph[image].correspondences;
+  return impl_->graph[frame].correspondences;
 }
 
 bool
-ImageGraph::isKey(std::size_t image) const
+ImageGraph::isKey(std::size_t frame) const
 {
-  return impl_->graph[image].is_key;
+  return impl_->graph[frame].is_key;
 }
 
 const std::string&
-ImageGraph::exclusion(std::size_t image) const
+ImageGraph::exclusion(std::size_t frame) const
 {
-  return impl_->graph[image].exclusion;
+  return impl_->graph[frame].exclusion;
 }
 
 } // namespace bundle_icp

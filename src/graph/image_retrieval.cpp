@@ -81,7 +81,7 @@ RetrievalOptions::isValid(std::string* error) const
   return !reason;
 }
 
-ImageRetrieval::ImageRetrieval(const std::vector<const Features*>& images,
+ImageRetrieval::ImageRetrieval(const std::vector<const Features*>& frames,
                                const RetrievalOptions& options)
 : options_(options)
 {
@@ -89,15 +89,15 @@ ImageRetrieval::ImageRetrieval(const std::vector<const Features*>& images,
   if (!options.isValid(&error))
     throw pcl::BadArgumentException("ImageRetrieval: " + error);
   std::size_t total = 0;
-  for (const Features* image : images)
-    total += image->size();
+  for (const Features* frame : frames)
+    total += frame->size();
   const std::size_t step = std::max<std::size_t>(1, total / options.training_size);
   std::vector<const std::uint8_t*> rows;
   std::size_t next = 0, seen = 0;
-  for (const Features* image : images) {
-    for (; next < seen + image->size(); next += step)
-      rows.push_back(image->descriptors.ptr<std::uint8_t>(int(next - seen)));
-    seen += image->size();
+  for (const Features* frame : frames) {
+    for (; next < seen + frame->size(); next += step)
+      rows.push_back(frame->descriptors.ptr<std::uint8_t>(int(next - seen)));
+    seen += frame->size();
   }
   Eigen::MatrixXf samples(LENGTH, rows.size());
   for (std::size_t i = 0; i < rows.size(); ++i)
@@ -106,23 +106,23 @@ ImageRetrieval::ImageRetrieval(const std::vector<const Features*>& images,
   vocabulary_ = rows.empty() ? Eigen::MatrixXf::Zero(LENGTH, options.vocabulary_size)
                              : trainVocabulary(samples, options.vocabulary_size, options.seed);
 
-  descriptors_.resize(images.size());
-  parallelFor(images.size(), options.num_threads, {},
-              [&](std::size_t i) { descriptors_[i] = describe(*images[i]); });
+  descriptors_.resize(frames.size());
+  parallelFor(frames.size(), options.num_threads, {},
+              [&](std::size_t i) { descriptors_[i] = describe(*frames[i]); });
 }
 
 void
-ImageRetrieval::add(const Features& image)
+ImageRetrieval::add(const Features& frame)
 {
-  descriptors_.push_back(describe(image));
+  descriptors_.push_back(describe(frame));
 }
 
 Eigen::VectorXf
-ImageRetrieval::describe(const Features& image) const
+ImageRetrieval::describe(const Features& frame) const
 {
   Eigen::MatrixXf vlad = Eigen::MatrixXf::Zero(LENGTH, vocabulary_.cols());
-  if (image.size() > 0) {
-    const Eigen::MatrixXf samples = toMatrix(image.descriptors);
+  if (frame.size() > 0) {
+    const Eigen::MatrixXf samples = toMatrix(frame.descriptors);
     const std::vector<int> nearest = assign(samples, vocabulary_);
     for (Eigen::Index i = 0; i < samples.cols(); ++i)
       vlad.col(nearest[i]) += samples.col(i) - vocabulary_.col(nearest[i]);

@@ -50,8 +50,7 @@ readImage(const std::string& path, int flags)
     throw pcl::IOException(path + ": the image is truncated");
   cv::Mat image;
   try {
-    const cv::Mat buffer(1, static_cast<int>(bytes.size()), CV_8UC1,
-                         const_cast<char*>(bytes.data()));
+    const cv::Mat buffer(1, int(bytes.size()), CV_8UC1, const_cast<char*>(bytes.data()));
     image = cv::imdecode(buffer, flags);
   }
   catch (const cv::Exception&) {
@@ -92,14 +91,14 @@ readDepthImage(const std::string& path)
 cv::Mat
 depthInMetres(const cv::Mat& depth, double units_per_metre)
 {
-  const float scale = static_cast<float>(units_per_metre);
+  const float scale = float(units_per_metre);
   const float nan = std::numeric_limits<float>::quiet_NaN();
   cv::Mat metres(depth.size(), CV_32FC1);
   for (int y = 0; y < depth.rows; ++y) {
     const std::uint16_t* const in = depth.ptr<std::uint16_t>(y);
     float* const out = metres.ptr<float>(y);
     for (int x = 0; x < depth.cols; ++x)
-      out[x] = in[x] == 0 || in[x] == 65535 ? nan : static_cast<float>(in[x]) / scale;
+      out[x] = in[x] == 0 || in[x] == 65535 ? nan : float(in[x]) / scale;
   }
   return metres;
 }

@@ -30,7 +30,7 @@ findLayout(const std::string& path, const pcl::PCLPointCloud2& cloud)
 {
   VertexLayout layout;
   for (const pcl::PCLPointField& field : cloud.fields) {
-    const int offset = static_cast<int>(field.offset);
+    const int offset = int(field.offset);
     if (field.offset + 4 > cloud.point_step)
       continue;
     if (field.datatype != pcl::PCLPointField::FLOAT32)
@@ -57,7 +57,7 @@ checkMesh(const std::string& path, const pcl::PolygonMesh& mesh)
       refuse(path, "a face has " + std::to_string(polygon.vertices.size()) +
                        " corners, at most 255 can be written");
     for (const auto vertex : polygon.vertices)
-      if (static_cast<std::size_t>(vertex) >= vertices)
+      if (std::size_t(vertex) >= vertices)
         refuse(path,
                "a face names vertex " + std::to_string(vertex) + " of " + std::to_string(vertices));
   }

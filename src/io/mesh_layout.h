@@ -55,7 +55,7 @@ template <typename Bytes>
 void
 flush(Bytes& bytes, std::ostream& file)
 {
-  file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  file.write(bytes.data(), std::streamsize(bytes.size()));
   bytes.clear();
 }
 

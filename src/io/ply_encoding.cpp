@@ -75,9 +75,9 @@ encodePLY(const pcl::PolygonMesh& mesh, std::ostream& file)
     flushWhenLarge(bytes, file);
   }
   for (const pcl::Vertices& polygon : mesh.polygons) {
-    bytes += static_cast<char>(polygon.vertices.size());
+    bytes += char(polygon.vertices.size());
     for (const auto vertex_index : polygon.vertices) {
-      const auto number = static_cast<std::int32_t>(vertex_index);
+      const auto number = std::int32_t(vertex_index);
       bytes.append(reinterpret_cast<const char*>(&number), sizeof(number));
     }
     flushWhenLarge(bytes, file);

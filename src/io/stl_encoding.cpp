@@ -17,7 +17,7 @@ void
 append(std::uint32_t value, std::vector<char>& bytes)
 {
   for (int shift = 0; shift < 32; shift += 8)
-    bytes.push_back(static_cast<char>(value >> shift & 255));
+    bytes.push_back(char(value >> shift & 255));
 }
 
 void
@@ -38,7 +38,7 @@ encodeSTL(const pcl::PolygonMesh& mesh, const VertexLayout& layout, std::ostream
   const auto place = [&](std::size_t vertex) { return vectorAt(mesh, vertex, layout.position); };
   std::uint32_t triangles = 0;
   for (const pcl::Vertices& polygon : mesh.polygons)
-    triangles += static_cast<std::uint32_t>(std::max<std::size_t>(polygon.vertices.size(), 2) - 2);
+    triangles += std::uint32_t(std::max<std::size_t>(polygon.vertices.size(), 2) - 2);
   // A header that begins with "solid" would announce a text file.
   std::string header = "binary STL, metres";
   header.resize(80, ' ');

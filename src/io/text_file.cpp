@@ -43,9 +43,9 @@ readBytes(const std::string& path)
   if (!file)
     throw pcl::IOException(path + ": cannot be opened: " + std::strerror(errno));
   file.seekg(0, std::ios::end);
-  std::string bytes(static_cast<std::size_t>(std::max<std::streamoff>(0, file.tellg())), '\0');
+  std::string bytes(std::size_t(std::max<std::streamoff>(0, file.tellg())), '\0');
   file.seekg(0);
-  file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  file.read(bytes.data(), std::streamsize(bytes.size()));
   if (!file)
     throw pcl::IOException(path + ": cannot be read: " + std::strerror(errno));
   return bytes;

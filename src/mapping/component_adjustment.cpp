@@ -14,26 +14,26 @@ namespace {
 
 /** Rounds of adjustment and outlier removal that end a component. */
 constexpr int FINAL_ROUNDS = 2;
-/** Minimum number of images that show how smoothly the camera moves. */
+/** Minimum number of frames that show how smoothly the camera moves. */
 constexpr std::size_t MIN_FOR_MOTION_PRIOR = 20;
 
 } // namespace
 
 std::vector<RelativePoseTerm>
 ComponentAdjuster::denseTerms(const SparseModel& model,
-                              const std::vector<std::size_t>& images) const
+                              const std::vector<std::size_t>& frames) const
 {
   std::vector<std::pair<std::size_t, std::size_t>> pairs;
-  for (const std::size_t image : images) {
+  for (const std::size_t frame : frames) {
     std::size_t count = 0;
     for (const Neighbour& neighbour :
-         registrar_.registeredNeighbours(model, image, model.component(image))) {
+         registrar_.registeredNeighbours(model, frame, model.component(frame))) {
       if (count == num_dense_neighbours_)
         break;
-      if (!graph_.isKey(neighbour.image))
+      if (!graph_.isKey(neighbour.frame))
         continue;
       ++count;
-      pairs.emplace_back(std::min(image, neighbour.image), std::max(image, neighbour.image));
+      pairs.emplace_back(std::min(frame, neighbour.frame), std::max(frame, neighbour.frame));
     }
   }
   std::sort(pairs.begin(), pairs.end());
@@ -49,8 +49,8 @@ ComponentAdjuster::denseTerms(const SparseModel& model,
   return terms;
 }
 
-/** Motions from the poses of all images. Images that are not registered yet get their visual poses:
- *  key images alone are too far apart in time. */
+/** Motions from the poses of all frames. Frames that are not registered yet get their visual poses:
+ *  key frames alone are too far apart in time. */
 void
 ComponentAdjuster::findMotions(SparseModel& model, int component) const
 {
@@ -66,22 +66,22 @@ ComponentAdjuster::findMotions(SparseModel& model, int component) const
         registrar_.registerVisually(model, registrar_.newFrame(model, others[k], component, 1));
   });
   for (std::size_t k = 0; k < others.size(); ++k)
-    if (slots[k].report.registered)
-      placed.registerImage(others[k], slots[k].world_from_camera, component);
+    if (slots[k].registered)
+      placed.registerFrame(others[k], slots[k].world_from_camera, component);
   estimateMotions(graph_, component, placed);
-  for (const std::size_t image : placed.registeredImages(component))
-    model.setMotion(image, placed.motion(image));
+  for (const std::size_t frame : placed.registeredFrames(component))
+    model.setMotion(frame, placed.motion(frame));
 }
 
 /** Self-calibration, in the first component that is large enough for it. */
 void
 ComponentAdjuster::calibrate(SparseModel& model, int component)
 {
-  const std::vector<std::size_t> keys = keyImages(model, component);
+  const std::vector<std::size_t> keys = keyFrames(model, component);
   const bool moving = model.calibration()[CalibrationParameter::READOUT] != 0 ||
                       model.calibration()[CalibrationParameter::TIME_OFFSET] != 0;
   const bool tests = options_.refinement.self_calibration && calibrated_component_ < 0 &&
-                     keys.size() >= options_.refinement.calibration_test.min_images;
+                     keys.size() >= options_.refinement.calibration_test.min_frames;
   if (!moving && !tests)
     return;
   adjustInBetween(model, component);
@@ -100,12 +100,12 @@ ComponentAdjuster::calibrate(SparseModel& model, int component)
 }
 
 std::vector<std::size_t>
-ComponentAdjuster::keyImages(const SparseModel& model, int component) const
+ComponentAdjuster::keyFrames(const SparseModel& model, int component) const
 {
   std::vector<std::size_t> keys;
-  for (const std::size_t image : model.registeredImages(component))
-    if (graph_.isKey(image))
-      keys.push_back(image);
+  for (const std::size_t frame : model.registeredFrames(component))
+    if (graph_.isKey(frame))
+      keys.push_back(frame);
   return keys;
 }
 
@@ -121,13 +121,13 @@ ComponentAdjuster::adjustFinally(SparseModel& model, int component)
   adjust(model, component, options_.adjustment.max_iterations, true);
 }
 
-/** Global bundle adjustment over the key images of a component; `dense` makes it the final
+/** Global bundle adjustment over the key frames of a component; `dense` makes it the final
  *  one, with all evidence and outliers removed in between. */
 void
 ComponentAdjuster::adjust(SparseModel& model, int component, int max_iterations, bool dense)
 {
   BundleAdjustmentProblem problem;
-  problem.variable = keyImages(model, component);
+  problem.variable = keyFrames(model, component);
   BundleAdjustmentOptions options = options_.adjustment;
   problem.depth_errors = self_calibration_.depth_errors;
   if (component == calibrated_component_)
@@ -145,14 +145,14 @@ ComponentAdjuster::adjust(SparseModel& model, int component, int max_iterations,
     adjustBundle(graph_, problem, options, model);
     model.removeOutliers(graph_, options_.tracks);
     if (dense)
-      for (const std::size_t image : problem.variable)
-        model.extendTracks(graph_, image, options_.tracks);
+      for (const std::size_t frame : problem.variable)
+        model.extendTracks(graph_, frame, options_.tracks);
     if (dense && !is_last)
       matchByPrediction(graph_, problem.variable, options_.tracks, options_.num_threads, model);
   }
 }
 
-/** Each image was registered on its own, and the errors of neighbours in time are independent;
+/** Each frame was registered on its own, and the errors of neighbours in time are independent;
  *  the motion between them is not. */
 void
 ComponentAdjuster::applyMotionPrior(SparseModel& model, int component,
@@ -160,32 +160,33 @@ ComponentAdjuster::applyMotionPrior(SparseModel& model, int component,
 {
   if (!options_.refinement.motion_prior || !options_.schedule.ordered_in_time)
     return;
-  const std::vector<std::size_t> images = byTime(graph_, model.registeredImages(component));
-  if (images.size() < MIN_FOR_MOTION_PRIOR)
+  const std::vector<std::size_t> frames = byTime(graph_, model.registeredFrames(component));
+  if (frames.size() < MIN_FOR_MOTION_PRIOR)
     return;
-  std::vector<PoseMeasurement> measurements(images.size());
-  parallelFor(images.size(), options_.num_threads, {}, [&](std::size_t k) {
-    const std::optional<Matrix6d>& covariance = covariances[images[k]];
-    measurements[k] = {graph_.timestamp(images[k]), model.worldFromCamera(images[k]),
-                       covariance ? *covariance
-                                  : registrar_.poseCovariance(model, images[k], dense_terms_)};
+  std::vector<PoseMeasurement> measurements(frames.size());
+  parallelFor(frames.size(), options_.num_threads, {}, [&](std::size_t k) {
+    const std::optional<Matrix6d>& covariance = covariances[frames[k]];
+    measurements[k].time = graph_.timestamp(frames[k]);
+    measurements[k].world_from_camera = model.worldFromCamera(frames[k]);
+    measurements[k].covariance =
+        covariance ? *covariance : registrar_.poseCovariance(model, frames[k], dense_terms_);
   });
   const std::vector<Pose> poses = smoothTrajectory(measurements, estimateMotionPrior(measurements));
-  for (std::size_t k = 0; k < images.size(); ++k)
-    model.setWorldFromCamera(images[k], poses[k]);
+  for (std::size_t k = 0; k < frames.size(); ++k)
+    model.setWorldFromCamera(frames[k], poses[k]);
 }
 
 void
 numberBySize(SparseModel& model)
 {
   std::vector<std::vector<std::size_t>> components;
-  for (int component = 0; !model.registeredImages(component).empty(); ++component)
-    components.push_back(model.registeredImages(component));
+  for (int component = 0; !model.registeredFrames(component).empty(); ++component)
+    components.push_back(model.registeredFrames(component));
   std::stable_sort(components.begin(), components.end(),
                    [](const auto& a, const auto& b) { return a.size() > b.size(); });
   for (std::size_t c = 0; c < components.size(); ++c)
-    for (const std::size_t image : components[c])
-      model.registerImage(image, model.worldFromCamera(image), int(c));
+    for (const std::size_t frame : components[c])
+      model.registerFrame(frame, model.worldFromCamera(frame), int(c));
 }
 
 } // namespace bundle_icp

@@ -25,7 +25,7 @@ public:
   {
   }
 
-  /** Adjusts the key images of a component that still grows. */
+  /** Adjusts the key frames of a component that still grows. */
   void
   adjustInBetween(SparseModel& model, int component);
 
@@ -34,12 +34,12 @@ public:
   void
   calibrate(SparseModel& model, int component);
 
-  /** Adjusts the key images with all evidence and removes outliers in between. */
+  /** Adjusts the key frames with all evidence and removes outliers in between. */
   void
   adjustFinally(SparseModel& model, int component);
 
-  /** Moves the images of a component to their most likely poses under the motion prior. \param
-   *  covariances by image, of poses that were found one by one; unset for poses that were adjusted
+  /** Moves the frames of a component to their most likely poses under the motion prior. \param
+   *  covariances by frame, of poses that were found one by one; unset for poses that were adjusted
    *  together */
   void
   applyMotionPrior(SparseModel& model, int component,
@@ -54,13 +54,13 @@ public:
 
 private:
   std::vector<std::size_t>
-  keyImages(const SparseModel& model, int component) const;
+  keyFrames(const SparseModel& model, int component) const;
   void
   findMotions(SparseModel& model, int component) const;
   void
   adjust(SparseModel& model, int component, int max_iterations, bool dense);
   std::vector<RelativePoseTerm>
-  denseTerms(const SparseModel& model, const std::vector<std::size_t>& images) const;
+  denseTerms(const SparseModel& model, const std::vector<std::size_t>& frames) const;
 
   const ImageGraph& graph_;
   FrameRegistrar& registrar_;
@@ -72,7 +72,7 @@ private:
 };
 
 /** Numbers the components anew, the largest first: they grow in the order of their best connected
- *  image, which is not that of their size. */
+ *  frame, which is not that of their size. */
 void
 numberBySize(SparseModel& model);
 

@@ -23,8 +23,8 @@ constexpr int DEGREE = 3;
 constexpr double MAX_EXTRAPOLATION = 3;
 
 struct Sample {
-  double time;       ///< relative to the image [s]
-  Vector6d position; ///< motion of camera_from_world since the image
+  double time;       ///< relative to the frame [s]
+  Vector6d position; ///< motion of camera_from_world since the frame
 };
 
 /** Slope at 0 of the polynomial through 0 that fits the samples best. */
@@ -52,21 +52,21 @@ slope(const std::vector<Sample>& samples)
 } // namespace
 
 std::vector<std::size_t>
-byTime(const ImageGraph& graph, std::vector<std::size_t> images)
+byTime(const ImageGraph& graph, std::vector<std::size_t> frames)
 {
-  std::stable_sort(images.begin(), images.end(), [&graph](std::size_t a, std::size_t b) {
+  std::stable_sort(frames.begin(), frames.end(), [&graph](std::size_t a, std::size_t b) {
     return graph.timestamp(a) < graph.timestamp(b);
   });
-  return images;
+  return frames;
 }
 
 Pose
 extrapolatedPose(const ImageGraph& graph, const SparseModel& model, std::size_t before,
-                 std::size_t last, std::size_t image)
+                 std::size_t last, std::size_t frame)
 {
   const Pose& pose = model.worldFromCamera(last);
   const double step = graph.timestamp(last) - graph.timestamp(before);
-  const double ahead = graph.timestamp(image) - graph.timestamp(last);
+  const double ahead = graph.timestamp(frame) - graph.timestamp(last);
   if (step == 0 || !(std::abs(ahead / step) < MAX_EXTRAPOLATION))
     return pose;
   const Pose motion = model.worldFromCamera(before).inverse() * pose;
@@ -76,27 +76,27 @@ extrapolatedPose(const ImageGraph& graph, const SparseModel& model, std::size_t 
 void
 estimateMotions(const ImageGraph& graph, int component, SparseModel& model)
 {
-  const std::vector<std::size_t> by_time = byTime(graph, model.registeredImages(component));
+  const std::vector<std::size_t> by_time = byTime(graph, model.registeredFrames(component));
   const int count = int(by_time.size());
   for (int k = 0; k < count; ++k) {
-    const std::size_t image = by_time[std::size_t(k)];
+    const std::size_t frame = by_time[std::size_t(k)];
     std::vector<Sample> samples;
     for (const int direction : {-1, 1}) {
       std::size_t found = 0;
       for (int j = k + direction; j >= 0 && j < count; j += direction) {
         const std::size_t other = by_time[std::size_t(j)];
-        const double time = graph.timestamp(other) - graph.timestamp(image);
+        const double time = graph.timestamp(other) - graph.timestamp(frame);
         if (std::abs(time) < SAME_TIME)
           continue;
         if (std::abs(time) > REACH || found == MAX_PER_SIDE ||
             (found > 0 && std::abs(samples.back().time) < DENSE_STEP))
           break;
         samples.push_back({time, logarithm(model.worldFromCamera(other).inverse() *
-                                           model.worldFromCamera(image))});
+                                           model.worldFromCamera(frame))});
         ++found;
       }
     }
-    model.setMotion(image, slope(samples));
+    model.setMotion(frame, slope(samples));
   }
 }
 

@@ -6,19 +6,19 @@
 
 namespace bundle_icp {
 
-/** Images in the order of their time stamps. */
+/** Frames in the order of their time stamps. */
 std::vector<std::size_t>
-byTime(const ImageGraph& graph, std::vector<std::size_t> images);
+byTime(const ImageGraph& graph, std::vector<std::size_t> frames);
 
-/** Pose of `image` if the camera continues its motion from image `before` to image `last`; the pose
+/** Pose of `frame` if the camera continues its motion from frame `before` to frame `last`; the pose
  *  of `last` where stamps do not tell how far. */
 Pose
 extrapolatedPose(const ImageGraph& graph, const SparseModel& model, std::size_t before,
-                 std::size_t last, std::size_t image);
+                 std::size_t last, std::size_t frame);
 
-/** Sets SparseModel::motion() of the registered images of a component from the poses of their
+/** Sets SparseModel::motion() of the registered frames of a component from the poses of their
  *  neighbours in time: the slope of a polynomial through the nearest one or two on either side.
- *  Images without neighbours within 0.8 s get no motion. */
+ *  Frames without neighbours within 0.8 s get no motion. */
 void
 estimateMotions(const ImageGraph& graph, int component, SparseModel& model);
 

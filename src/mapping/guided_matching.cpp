@@ -17,18 +17,18 @@ namespace bundle_icp {
 namespace {
 
 constexpr double SQUARED_NORM = 256 * 256;
-/** Of 1 - cosine of two descriptors: less than what images of different points have. */
+/** Of 1 - cosine of two descriptors: less than what features of different points have. */
 constexpr double MAX_DISTANCE = 0.25;
 /** Looser than that of matching: there are few others within a few pixels. */
 constexpr double SQUARED_RATIO = 0.85 * 0.85;
-/** Sizes in space of two images of one point differ by at most this factor. */
+/** Sizes in space of two features of one point differ by at most this factor. */
 constexpr double MAX_SIZE_RATIO = 2;
 /** M_th of equation (5) holds for these pairs, too: fewer are chance. */
 const std::size_t MIN_MATCHES = MatchingOptions().min_matches;
-/** Cosine of the angle between images that see the same from sides that SIFT bears. */
+/** Cosine of the angle between frames that see the same from sides that SIFT bears. */
 constexpr double MIN_COSINE = 0.5;
 
-/** The features of an image that have a depth. */
+/** The features of a frame that have a depth. */
 struct View {
   std::vector<int> features;
   std::vector<Eigen::Vector3d> points;         ///< in the world
@@ -36,14 +36,14 @@ struct View {
 };
 
 void
-fill(const ImageGraph& graph, const SparseModel& model, std::size_t image, View& view)
+fill(const ImageGraph& graph, const SparseModel& model, std::size_t frame, View& view)
 {
-  const Features& features = graph.features(image);
+  const Features& features = graph.features(frame);
   pcl::PointCloud<pcl::PointXYZ>::Ptr pixels(new pcl::PointCloud<pcl::PointXYZ>);
   for (int j = 0; j < features.descriptors.rows; ++j)
     if (features.hasDepth(j)) {
       view.features.push_back(j);
-      view.points.push_back(measuredPoint(graph, model, {image, j}));
+      view.points.push_back(measuredPoint(graph, model, {frame, j}));
       pixels->push_back({features.pixels[j].x(), features.pixels[j].y(), 0});
     }
   if (!pixels->empty())
@@ -64,7 +64,7 @@ struct Best {
   int feature = -1;
 };
 
-/** Candidate of the first image that looks like feature j of the second; feature -1 = none does. */
+/** Candidate of the first frame that looks like feature j of the second; feature -1 = none does. */
 Best
 mostSimilar(const Features& first, const Features& second, int j, const pcl::Indices& candidates)
 {
@@ -101,13 +101,13 @@ toMatches(const std::vector<Best>& best)
 
 std::vector<FeatureMatch>
 matchViews(const ImageGraph& graph, const SparseModel& model,
-           std::pair<std::size_t, std::size_t> images, const View& first_view,
+           std::pair<std::size_t, std::size_t> frames, const View& first_view,
            const View& second_view, double max_pixel_error)
 {
-  const Features &first = graph.features(images.first), &second = graph.features(images.second);
+  const Features &first = graph.features(frames.first), &second = graph.features(frames.second);
   const MeasurementModel measurement(graph.camera(), model.calibration().values,
-                                     model.motion(images.first));
-  const Pose first_from_world = model.worldFromCamera(images.first).inverse();
+                                     model.motion(frames.first));
+  const Pose first_from_world = model.worldFromCamera(frames.first).inverse();
   std::vector<Best> best(first.size());
   pcl::Indices found;
   std::vector<float> squared_distances;
@@ -142,29 +142,29 @@ shareEdge(const ImageGraph& graph, std::size_t a, std::size_t b)
 } // namespace
 
 void
-matchByPrediction(const ImageGraph& graph, const std::vector<std::size_t>& images,
+matchByPrediction(const ImageGraph& graph, const std::vector<std::size_t>& frames,
                   const TrackOptions& options, int num_threads, SparseModel& model)
 {
-  std::vector<View> views(images.size());
-  parallelFor(images.size(), num_threads, {},
-              [&](std::size_t k) { fill(graph, model, images[k], views[k]); });
+  std::vector<View> views(frames.size());
+  parallelFor(frames.size(), num_threads, {},
+              [&](std::size_t k) { fill(graph, model, frames[k], views[k]); });
   const auto axis = [&](std::size_t k) -> Eigen::Vector3d {
-    return model.worldFromCamera(images[k]).linear().col(2);
+    return model.worldFromCamera(frames[k]).linear().col(2);
   };
   std::vector<std::pair<std::size_t, std::size_t>> pairs;
-  for (std::size_t a = 0; a < images.size(); ++a)
-    for (std::size_t b = a + 1; b < images.size(); ++b)
+  for (std::size_t a = 0; a < frames.size(); ++a)
+    for (std::size_t b = a + 1; b < frames.size(); ++b)
       if (!views[a].features.empty() && axis(a).dot(axis(b)) > MIN_COSINE &&
-          !shareEdge(graph, images[a], images[b]))
+          !shareEdge(graph, frames[a], frames[b]))
         pairs.emplace_back(a, b);
   std::vector<std::vector<FeatureMatch>> slots(pairs.size());
   parallelFor(pairs.size(), num_threads, {}, [&](std::size_t p) {
     const auto [a, b] = pairs[p];
-    slots[p] = matchViews(graph, model, {images[a], images[b]}, views[a], views[b],
+    slots[p] = matchViews(graph, model, {frames[a], frames[b]}, views[a], views[b],
                           options.max_pixel_error);
   });
   for (std::size_t p = 0; p < pairs.size(); ++p)
-    model.joinMatches(graph, images[pairs[p].first], images[pairs[p].second], slots[p], options);
+    model.joinMatches(graph, frames[pairs[p].first], frames[pairs[p].second], slots[p], options);
 }
 
 } // namespace bundle_icp

@@ -15,9 +15,9 @@
 namespace bundle_icp {
 namespace {
 
-/** Images that hold a local adjustment in place. */
+/** Frames that hold a local adjustment in place. */
 constexpr std::size_t NUM_HELD = 10;
-/** A component of so many images is adjusted for the first time. */
+/** A component of so many frames is adjusted for the first time. */
 constexpr double FIRST_ADJUSTMENT = 8;
 /** Rounds of growth and correction of a component. */
 constexpr int MAX_CORRECTIONS = 4;
@@ -43,7 +43,7 @@ public:
     return adjuster_.selfCalibration();
   }
 
-  std::vector<ImageRegistration> registrations_;
+  std::vector<FrameRegistration> registrations_;
 
 private:
   static MapperOptions
@@ -57,22 +57,22 @@ private:
   bool
   initialise(SparseModel& model, int component);
   bool
-  growKeyImages(SparseModel& model, int component);
+  growKeyFrames(SparseModel& model, int component);
   bool
   grow(SparseModel& model, int component, bool keys_only);
   std::vector<std::size_t>
-  nextImages(const SparseModel& model, bool keys_only) const;
+  nextFrames(const SparseModel& model, bool keys_only) const;
   std::vector<FrameRegistration>
   registerFrames(const SparseModel& model, const std::vector<std::size_t>& frames,
                  int component) const;
   void
-  addToModel(SparseModel& model, std::size_t image, const FrameRegistration& registration,
+  addToModel(SparseModel& model, std::size_t frame, const FrameRegistration& registration,
              int component);
   void
   adjust(SparseModel& model, const std::vector<std::size_t>& added, int component,
          double& next_adjustment);
   void
-  updateVisibility(const SparseModel& model, std::size_t image, int component);
+  updateVisibility(const SparseModel& model, std::size_t frame, int component);
   void
   updateVisibilities(const SparseModel& model, int component);
   bool
@@ -114,7 +114,7 @@ IncrementalMapper::selfCalibration() const
   return impl_->selfCalibration();
 }
 
-const std::vector<ImageRegistration>&
+const std::vector<FrameRegistration>&
 IncrementalMapper::registrations() const
 {
   return impl_->registrations_;
@@ -137,19 +137,19 @@ bool
 IncrementalMapper::Impl::registerComponents(SparseModel& model)
 {
   for (int component = 0; initialise(model, component); ++component) {
-    if (!growKeyImages(model, component))
+    if (!growKeyFrames(model, component))
       return false;
     adjuster_.calibrate(model, component);
     adjuster_.adjustFinally(model, component);
     updateVisibilities(model, component);
-    // Images that only look like others: registered against the finished model
+    // Frames that only look like others: registered against the finished model
     if (!grow(model, component, false))
       return false;
-    for (const auto& [image, registration] :
+    for (const auto& [frame, registration] :
          registerByTime(graph_, registrar_, options_, component, model)) {
-      registrations_[image] = registration.report;
-      if (registration.report.registered)
-        covariances_[image] = registration.covariance;
+      registrations_[frame] = registration;
+      if (registration.registered)
+        covariances_[frame] = registration.covariance;
     }
     adjuster_.applyMotionPrior(model, component, covariances_);
   }
@@ -159,10 +159,10 @@ IncrementalMapper::Impl::registerComponents(SparseModel& model)
 bool
 IncrementalMapper::Impl::report(const SparseModel& model) const
 {
-  return !progress_ || progress_({"registration", model.registeredImages().size(), graph_.size()});
+  return !progress_ || progress_({"registration", model.registeredFrames().size(), graph_.size()});
 }
 
-/** First pair: the strongest edge of the image with the highest Cor. */
+/** First pair: the strongest edge of the frame with the highest Cor. */
 bool
 IncrementalMapper::Impl::initialise(SparseModel& model, int component)
 {
@@ -184,15 +184,15 @@ IncrementalMapper::Impl::initialise(SparseModel& model, int component)
         strongest = edge;
     if (!strongest.pair)
       continue;
-    model.registerImage(graph_, seed, Pose::Identity(), component, options_.tracks);
+    model.registerFrame(graph_, seed, Pose::Identity(), component, options_.tracks);
     const FrameRegistration second = registrar_.bundleICP(
         model, registrar_.newFrame(model, strongest.neighbour, component, options_.num_threads));
-    if (!second.report.registered) {
-      model.registerImage(seed, Pose::Identity(), -1);
+    if (!second.registered) {
+      model.registerFrame(seed, Pose::Identity(), -1);
       continue;
     }
-    registrations_[seed] = registrations_[strongest.neighbour] = second.report;
-    model.registerImage(graph_, strongest.neighbour, second.world_from_camera, component,
+    registrations_[seed] = registrations_[strongest.neighbour] = second;
+    model.registerFrame(graph_, strongest.neighbour, second.world_from_camera, component,
                         options_.tracks);
     visibility_.assign(graph_.size(), 0);
     updateVisibility(model, seed, component);
@@ -202,35 +202,35 @@ IncrementalMapper::Impl::initialise(SparseModel& model, int component)
   return false;
 }
 
-/** Registering an image changes the visibility of those that it shares an edge with. */
+/** Registering a frame changes the visibility of those that it shares an edge with. */
 void
-IncrementalMapper::Impl::updateVisibility(const SparseModel& model, std::size_t image,
+IncrementalMapper::Impl::updateVisibility(const SparseModel& model, std::size_t frame,
                                           int component)
 {
-  for (const ImageEdge& edge : graph_.edges(image))
+  for (const ImageEdge& edge : graph_.edges(frame))
     if (!model.isRegistered(edge.neighbour))
       visibility_[edge.neighbour] = model.visibility(graph_, edge.neighbour, component);
 }
 
-/** The images of highest visibility, best first, at most a batch. */
+/** The frames of highest visibility, best first, at most a batch. */
 std::vector<std::size_t>
-IncrementalMapper::Impl::nextImages(const SparseModel& model, bool keys_only) const
+IncrementalMapper::Impl::nextFrames(const SparseModel& model, bool keys_only) const
 {
-  std::vector<std::size_t> images;
+  std::vector<std::size_t> frames;
   for (std::size_t i = 0; i < graph_.size(); ++i)
     if (!model.isRegistered(i) && !failed_[i] && visibility_[i] > 0 &&
         (!keys_only || graph_.isKey(i)) && graph_.exclusion(i).empty())
-      images.push_back(i);
-  std::stable_sort(images.begin(), images.end(), [this](std::size_t a, std::size_t b) {
+      frames.push_back(i);
+  std::stable_sort(frames.begin(), frames.end(), [this](std::size_t a, std::size_t b) {
     return visibility_[a] > visibility_[b];
   });
-  std::size_t count = std::min(options_.schedule.batch_size, images.size());
-  // An image that is much better connected should not wait for the others' failures, nor they
+  std::size_t count = std::min(options_.schedule.batch_size, frames.size());
+  // A frame that is much better connected should not wait for the others' failures, nor they
   // be tried before it has extended the model.
-  while (count > 1 && 2 * visibility_[images[count - 1]] < visibility_[images[0]])
+  while (count > 1 && 2 * visibility_[frames[count - 1]] < visibility_[frames[0]])
     --count;
-  images.resize(count);
-  return images;
+  frames.resize(count);
+  return frames;
 }
 
 /** Bundle ICP for frames that are independent of each other. */
@@ -248,21 +248,21 @@ IncrementalMapper::Impl::registerFrames(const SparseModel& model,
 
 /** Adds a frame with its points and updates V. */
 void
-IncrementalMapper::Impl::addToModel(SparseModel& model, std::size_t image,
+IncrementalMapper::Impl::addToModel(SparseModel& model, std::size_t frame,
                                     const FrameRegistration& registration, int component)
 {
-  registrations_[image] = registration.report;
-  failed_[image] = !registration.report.registered;
-  if (failed_[image])
+  registrations_[frame] = registration;
+  failed_[frame] = !registration.registered;
+  if (failed_[frame])
     return;
-  if (graph_.isKey(image))
-    model.registerImage(graph_, image, registration.world_from_camera, component, options_.tracks);
+  if (graph_.isKey(frame))
+    model.registerFrame(graph_, frame, registration.world_from_camera, component, options_.tracks);
   else {
-    model.registerImage(image, registration.world_from_camera, component);
-    covariances_[image] = registration.covariance;
+    model.registerFrame(frame, registration.world_from_camera, component);
+    covariances_[frame] = registration.covariance;
   }
-  model.setDepthError(image, registration.depth_error);
-  updateVisibility(model, image, component);
+  model.setDepthError(frame, registration.depth_error);
+  updateVisibility(model, frame, component);
 }
 
 /** Adjusts the frames around the new frames, and all frames each time that the model has grown by
@@ -272,15 +272,15 @@ IncrementalMapper::Impl::adjust(SparseModel& model, const std::vector<std::size_
                                 int component, double& next_adjustment)
 {
   std::vector<std::size_t> keys;
-  for (const std::size_t image : added)
-    if (model.isRegistered(image) && graph_.isKey(image))
-      keys.push_back(image);
+  for (const std::size_t frame : added)
+    if (model.isRegistered(frame) && graph_.isKey(frame))
+      keys.push_back(frame);
   if (keys.empty())
     return;
   BundleAdjustmentOptions local = options_.adjustment;
   local.max_iterations = ComponentAdjuster::INTERMEDIATE_ITERATIONS;
   adjustLocally(graph_, keys, NUM_HELD, local, model);
-  const double size = double(model.registeredImages(component).size());
+  const double size = double(model.registeredFrames(component).size());
   if (size < next_adjustment)
     return;
   adjuster_.adjustInBetween(model, component);
@@ -294,13 +294,13 @@ IncrementalMapper::Impl::grow(SparseModel& model, int component, bool keys_only)
 {
   failed_.assign(graph_.size(), 0);
   double next_adjustment = FIRST_ADJUSTMENT;
-  std::size_t size_at_failure = model.registeredImages(component).size();
+  std::size_t size_at_failure = model.registeredFrames(component).size();
   while (true) {
     // The next frames, by visibility V
-    const std::vector<std::size_t> next = nextImages(model, keys_only);
+    const std::vector<std::size_t> next = nextFrames(model, keys_only);
     if (next.empty()) {
       // Put back and tried again, once the model has grown
-      const std::size_t size = model.registeredImages(component).size();
+      const std::size_t size = model.registeredFrames(component).size();
       if (size == size_at_failure)
         return true;
       size_at_failure = size;
@@ -318,7 +318,7 @@ IncrementalMapper::Impl::grow(SparseModel& model, int component, bool keys_only)
 
 /** Until no false connection is left among them. */
 bool
-IncrementalMapper::Impl::growKeyImages(SparseModel& model, int component)
+IncrementalMapper::Impl::growKeyFrames(SparseModel& model, int component)
 {
   for (int round = 0; round < MAX_CORRECTIONS; ++round) {
     if (!grow(model, component, true))
@@ -326,7 +326,7 @@ IncrementalMapper::Impl::growKeyImages(SparseModel& model, int component)
     if (correctFalseConnections(graph_, component, options_.tracks, options_.num_threads, model) ==
         0)
       break;
-    // What was registered from a wrong place is adjusted to the right one, and images that found no
+    // What was registered from a wrong place is adjusted to the right one, and frames that found no
     // place between the two may find it now.
     adjuster_.adjustInBetween(model, component);
     updateVisibilities(model, component);
@@ -334,7 +334,7 @@ IncrementalMapper::Impl::growKeyImages(SparseModel& model, int component)
   return true;
 }
 
-/** An adjustment may have changed the tracks of all images. */
+/** An adjustment may have changed the tracks of all frames. */
 void
 IncrementalMapper::Impl::updateVisibilities(const SparseModel& model, int component)
 {

@@ -10,28 +10,28 @@
 namespace bundle_icp {
 namespace {
 
-/** Each image after the one before it, if that has a pose. */
+/** Each frame after the one before it, if that has a pose. */
 void
 registerInOrder(const ImageGraph& graph, const FrameRegistrar& registrar, int num_threads,
                 int component, const std::vector<std::size_t>& order, SparseModel& model,
                 std::vector<FrameByTime>& tried)
 {
   for (std::size_t k = 1; k < order.size(); ++k) {
-    const std::size_t image = order[k], last = order[k - 1];
-    if (model.isRegistered(image) || model.component(last) != component ||
-        graph.exclusion(image).rfind("blurred", 0) == 0)
+    const std::size_t frame = order[k], last = order[k - 1];
+    if (model.isRegistered(frame) || model.component(last) != component ||
+        graph.exclusion(frame).rfind("blurred", 0) == 0)
       continue;
     Pose guess = model.worldFromCamera(last);
     std::vector<Neighbour> neighbours{{last, 0}};
     if (k >= 2 && model.component(order[k - 2]) == component) {
-      guess = extrapolatedPose(graph, model, order[k - 2], last, image);
+      guess = extrapolatedPose(graph, model, order[k - 2], last, frame);
       neighbours.push_back({order[k - 2], 0});
     }
     const FrameRegistration registration =
-        registrar.bundleICP(model, {image, neighbours, guess, num_threads});
-    tried.push_back({image, registration});
-    if (registration.report.registered)
-      model.registerImage(image, registration.world_from_camera, component);
+        registrar.bundleICP(model, {frame, neighbours, guess, num_threads});
+    tried.push_back({frame, registration});
+    if (registration.registered)
+      model.registerFrame(frame, registration.world_from_camera, component);
   }
 }
 

@@ -10,15 +10,15 @@
 
 namespace bundle_icp {
 
-/** An image that was tried, and what came of it. */
+/** A frame that was tried, and what came of it. */
 struct FrameByTime {
-  std::size_t image = 0;
+  std::size_t frame = 0;
   FrameRegistration registration;
 };
 
-/** Registers images without visual evidence, when they are ordered in time: each starts from its
+/** Registers frames without visual evidence, when they are ordered in time: each starts from its
  *  neighbours in time, forwards and then backwards, and geometry decides.
- *  \return the images that were tried, in order; some twice */
+ *  \return the frames that were tried, in order; some twice */
 std::vector<FrameByTime>
 registerByTime(const ImageGraph& graph, const FrameRegistrar& registrar,
                const MapperOptions& options, int component, SparseModel& model);

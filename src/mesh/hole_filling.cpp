@@ -124,7 +124,7 @@ private:
       const double sum = cost(i, k) + cost(k, j);
       if (sum < best && !isNarrow(corners_[i], corners_[k], corners_[j], NARROW)) {
         best = sum;
-        split_[i * size_ + j] = static_cast<std::uint32_t>(k);
+        split_[i * size_ + j] = std::uint32_t(k);
       }
     }
     cost(i, j) = best + (corners_[j] - corners_[i]).norm();

@@ -35,7 +35,7 @@ checkLists(const SurfaceMesh& mesh, const char* caller)
 void
 blendAttributes(SurfaceMesh& mesh, std::uint32_t to, std::uint32_t from, double share)
 {
-  const auto s = static_cast<float>(share);
+  const auto s = float(share);
   const auto blend = [s](float a, float b) { return (1 - s) * a + s * b; };
   if (!mesh.normals.empty()) {
     const Eigen::Vector3f normal = (1 - s) * mesh.normals[to] + s * mesh.normals[from];
@@ -45,7 +45,7 @@ blendAttributes(SurfaceMesh& mesh, std::uint32_t to, std::uint32_t from, double 
   if (!mesh.colors.empty())
     for (int i = 0; i < 3; ++i)
       mesh.colors[to][i] =
-          static_cast<std::uint8_t>(std::lround(blend(mesh.colors[to][i], mesh.colors[from][i])));
+          std::uint8_t(std::lround(blend(mesh.colors[to][i], mesh.colors[from][i])));
   for (auto* list : {&mesh.weights, &mesh.deviations})
     if (!list->empty())
       (*list)[to] = blend((*list)[to], (*list)[from]);
@@ -90,7 +90,7 @@ removeUnusedVertices(SurfaceMesh& mesh)
 HalfEdges::HalfEdges(const std::vector<Triangle>& triangles, std::size_t num_vertices)
 : triangles_(triangles), begin_(num_vertices + 2, 0), half_edges_(3 * triangles.size())
 {
-  const auto count = static_cast<std::uint32_t>(half_edges_.size());
+  const auto count = std::uint32_t(half_edges_.size());
   for (std::uint32_t h = 0; h < count; ++h)
     ++begin_[from(h) + 2];
   std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());

@@ -130,7 +130,7 @@ float
 remainingDeviation(int iterations)
 {
   constexpr float shared = 0.57F;
-  return shared + (1 - shared) * std::exp(-0.5F * static_cast<float>(iterations));
+  return shared + (1 - shared) * std::exp(-0.5F * float(iterations));
 }
 
 } // namespace

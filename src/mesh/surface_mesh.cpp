@@ -17,7 +17,7 @@ public:
   CloudWriter(pcl::PCLPointCloud2& cloud, std::size_t size) : cloud_(cloud)
   {
     cloud_.height = 1;
-    cloud_.width = static_cast<std::uint32_t>(size);
+    cloud_.width = std::uint32_t(size);
     cloud_.is_bigendian = false;
     cloud_.is_dense = true;
   }
@@ -41,7 +41,7 @@ public:
     if (bytes > std::numeric_limits<std::uint32_t>::max())
       throw pcl::BadArgumentException("toPolygonMesh: " + std::to_string(cloud_.width) +
                                       " vertices are more than a PCLPointCloud2 can hold");
-    cloud_.row_step = static_cast<std::uint32_t>(bytes);
+    cloud_.row_step = std::uint32_t(bytes);
     cloud_.data.resize(bytes);
     next_ = cloud_.data.data();
   }
@@ -65,7 +65,7 @@ offsetOf(const pcl::PCLPointCloud2& cloud, const std::string& name, bool is_floa
   for (const pcl::PCLPointField& field : cloud.fields)
     if (field.name == name && field.offset + 4 <= cloud.point_step &&
         (!is_float || field.datatype == pcl::PCLPointField::FLOAT32))
-      return static_cast<int>(field.offset);
+      return int(field.offset);
   return -1;
 }
 
@@ -175,7 +175,7 @@ toSurfaceMesh(const pcl::PolygonMesh& mesh)
   readScalars(cloud, "std_deviation", result.deviations);
   for (const pcl::Vertices& polygon : mesh.polygons) {
     for (const auto vertex : polygon.vertices)
-      if (static_cast<std::size_t>(vertex) >= size)
+      if (std::size_t(vertex) >= size)
         throw pcl::BadArgumentException("toSurfaceMesh: a polygon names vertex " +
                                         std::to_string(vertex) + " of " + std::to_string(size));
     for (std::size_t i = 2; i < polygon.vertices.size(); ++i)

@@ -8,7 +8,7 @@ namespace bundle_icp {
 
 using P = CalibrationParameter;
 
-/** The motion to second order in time: an image is read out in some 20 ms, a rotation of 100
+/** The motion to second order in time: a frame is read out in some 20 ms, a rotation of 100
  *  degrees a second then leaves less than 0.01 px. */
 Eigen::Vector3d
 MeasurementModel::moved(const Eigen::Vector3d& point, double time, Eigen::Matrix3d* by_point,

@@ -21,7 +21,7 @@ public:
   {
   }
 
-  /** Pixel of a point in the camera frame, as seen by image row `row`. Derivatives are
+  /** Pixel of a point in the camera frame, as seen by frame row `row`. Derivatives are
    *  written where not null. */
   Eigen::Vector2d
   pixel(const Eigen::Vector3d& point, double row, Eigen::Matrix<double, 2, 3>* by_point = nullptr,

@@ -20,52 +20,52 @@ TrackOptions::isValid(std::string* error) const
   return false;
 }
 
-SparseModel::SparseModel(std::size_t num_images) : images_(num_images)
+SparseModel::SparseModel(std::size_t num_frames) : frames_(num_frames)
 {
 }
 
 void
-SparseModel::resize(std::size_t num_images)
+SparseModel::resize(std::size_t num_frames)
 {
-  images_.resize(num_images);
+  frames_.resize(num_frames);
 }
 
 std::vector<std::size_t>
-SparseModel::registeredImages(int component) const
+SparseModel::registeredFrames(int component) const
 {
   std::vector<std::size_t> result;
-  for (std::size_t i = 0; i < images_.size(); ++i)
-    if (isRegistered(i) && (component < 0 || images_[i].component == component))
+  for (std::size_t i = 0; i < frames_.size(); ++i)
+    if (isRegistered(i) && (component < 0 || frames_[i].component == component))
       result.push_back(i);
   return result;
 }
 
 void
-SparseModel::registerImage(std::size_t image, const Pose& world_from_camera, int component)
+SparseModel::registerFrame(std::size_t frame, const Pose& world_from_camera, int component)
 {
-  images_[image].world_from_camera = world_from_camera;
-  images_[image].component = component;
+  frames_[frame].world_from_camera = world_from_camera;
+  frames_[frame].component = component;
 }
 
 void
-SparseModel::registerImage(const ImageGraph& graph, std::size_t image,
+SparseModel::registerFrame(const ImageGraph& graph, std::size_t frame,
                            const Pose& world_from_camera, int component,
                            const TrackOptions& options)
 {
-  registerImage(image, world_from_camera, component);
-  extendTracks(graph, image, options);
+  registerFrame(frame, world_from_camera, component);
+  extendTracks(graph, frame, options);
 }
 
 void
-SparseModel::extendTracks(const ImageGraph& graph, std::size_t image, const TrackOptions& options)
+SparseModel::extendTracks(const ImageGraph& graph, std::size_t frame, const TrackOptions& options)
 {
-  images_[image].points.resize(graph.features(image).size(), -1);
-  for (const ImageEdge& edge : graph.edges(image)) {
-    if (component(edge.neighbour) != component(image) || images_[edge.neighbour].points.empty())
+  frames_[frame].points.resize(graph.features(frame).size(), -1);
+  for (const ImageEdge& edge : graph.edges(frame)) {
+    if (component(edge.neighbour) != component(frame) || frames_[edge.neighbour].points.empty())
       continue;
-    const bool is_first = edge.pair->first == image;
+    const bool is_first = edge.pair->first == frame;
     for (const FeatureMatch& match : edge.pair->matches)
-      joinMatch(graph, {image, is_first ? match.first : match.second},
+      joinMatch(graph, {frame, is_first ? match.first : match.second},
                 {edge.neighbour, is_first ? match.second : match.first}, options);
   }
 }
@@ -74,7 +74,7 @@ void
 SparseModel::joinMatches(const ImageGraph& graph, std::size_t first, std::size_t second,
                          const std::vector<FeatureMatch>& matches, const TrackOptions& options)
 {
-  if (images_[first].points.empty() || images_[second].points.empty())
+  if (frames_[first].points.empty() || frames_[second].points.empty())
     return;
   for (const FeatureMatch& match : matches)
     joinMatch(graph, {first, match.first}, {second, match.second}, options);
@@ -84,22 +84,22 @@ void
 SparseModel::rebuildTracks(const ImageGraph& graph, int component, const TrackOptions& options)
 {
   for (ScenePoint& point : points_)
-    if (!point.track.empty() && images_[point.track.front().image].component == component)
+    if (!point.track.empty() && frames_[point.track.front().frame].component == component)
       point.track.clear();
   std::vector<std::size_t> with_tracks;
-  for (const std::size_t image : registeredImages(component))
-    if (!std::exchange(images_[image].points, {}).empty())
-      with_tracks.push_back(image);
-  for (const std::size_t image : with_tracks)
-    extendTracks(graph, image, options);
+  for (const std::size_t frame : registeredFrames(component))
+    if (!std::exchange(frames_[frame].points, {}).empty())
+      with_tracks.push_back(frame);
+  for (const std::size_t frame : with_tracks)
+    extendTracks(graph, frame, options);
 }
 
 void
 SparseModel::joinMatch(const ImageGraph& graph, const Observation& added, const Observation& known,
                        const TrackOptions& options)
 {
-  const int own = pointOf(added.image, added.feature);
-  const int other = pointOf(known.image, known.feature);
+  const int own = pointOf(added.frame, added.feature);
+  const int other = pointOf(known.frame, known.feature);
   if (own >= 0 && own == other)
     return;
   if (own >= 0 && other >= 0) {
@@ -114,7 +114,7 @@ SparseModel::joinMatch(const ImageGraph& graph, const Observation& added, const 
     const Observation& joining = own >= 0 ? known : added;
     const auto& track = points_[point].track;
     const bool seen = std::any_of(track.begin(), track.end(),
-                                  [&](const Observation& o) { return o.image == joining.image; });
+                                  [&](const Observation& o) { return o.frame == joining.frame; });
     if (!seen && agrees(graph, *this, joining, points_[point].position, options))
       addObservation(graph, point, joining);
     return;
@@ -136,7 +136,7 @@ SparseModel::addObservation(const ImageGraph& graph, int point, const Observatio
   p.track.push_back(observation);
   // Running mean: good enough to start the adjustment from.
   p.position += (measuredPoint(graph, *this, observation) - p.position) / double(p.track.size());
-  images_[observation.image].points[observation.feature] = point;
+  frames_[observation.frame].points[observation.feature] = point;
 }
 
 void
@@ -145,27 +145,27 @@ SparseModel::mergePoints(int into, int from)
   ScenePoint &kept = points_[into], &dropped = points_[from];
   std::set<std::size_t> seen;
   for (const Observation& o : kept.track)
-    seen.insert(o.image);
+    seen.insert(o.frame);
   for (const Observation& o : dropped.track)
-    if (seen.count(o.image))
-      return; // an image cannot see one point twice
+    if (seen.count(o.frame))
+      return; // a frame cannot see one point twice
   const double share = dropped.track.size() / double(kept.track.size() + dropped.track.size());
   kept.position += share * (dropped.position - kept.position);
   for (const Observation& o : dropped.track) {
     kept.track.push_back(o);
-    images_[o.image].points[o.feature] = into;
+    frames_[o.frame].points[o.feature] = into;
   }
   dropped.track.clear();
 }
 
 std::size_t
-SparseModel::visibility(const ImageGraph& graph, std::size_t image, int component) const
+SparseModel::visibility(const ImageGraph& graph, std::size_t frame, int component) const
 {
-  std::vector<char> visible(graph.features(image).size(), 0);
-  for (const ImageEdge& edge : graph.edges(image)) {
-    if (images_[edge.neighbour].component != component)
+  std::vector<char> visible(graph.features(frame).size(), 0);
+  for (const ImageEdge& edge : graph.edges(frame)) {
+    if (frames_[edge.neighbour].component != component)
       continue;
-    const bool is_first = edge.pair->first == image;
+    const bool is_first = edge.pair->first == frame;
     for (const FeatureMatch& match : edge.pair->matches)
       if (pointOf(edge.neighbour, is_first ? match.second : match.first) >= 0)
         visible[is_first ? match.first : match.second] = 1;
@@ -174,19 +174,19 @@ SparseModel::visibility(const ImageGraph& graph, std::size_t image, int componen
 }
 
 int
-SparseModel::pointOf(std::size_t image, int feature) const
+SparseModel::pointOf(std::size_t frame, int feature) const
 {
-  const std::vector<int>& points = images_[image].points;
+  const std::vector<int>& points = frames_[frame].points;
   return points.empty() ? -1 : points[feature];
 }
 
 void
 SparseModel::removeObservation(const Observation& observation)
 {
-  int& point = images_[observation.image].points[observation.feature];
+  int& point = frames_[observation.frame].points[observation.feature];
   auto& track = points_[point].track;
   track.erase(std::find_if(track.begin(), track.end(), [&](const Observation& o) {
-    return o.image == observation.image && o.feature == observation.feature;
+    return o.frame == observation.frame && o.feature == observation.feature;
   }));
   point = -1;
 }
@@ -213,11 +213,11 @@ SparseModel::removeOutliers(const ImageGraph& graph, const TrackOptions& options
 void
 SparseModel::transform(int component, const Pose& new_from_old)
 {
-  for (Image& image : images_)
-    if (image.component == component)
-      image.world_from_camera = new_from_old * image.world_from_camera;
+  for (Frame& frame : frames_)
+    if (frame.component == component)
+      frame.world_from_camera = new_from_old * frame.world_from_camera;
   for (ScenePoint& point : points_)
-    if (!point.track.empty() && images_[point.track.front().image].component == component)
+    if (!point.track.empty() && frames_[point.track.front().frame].component == component)
       point.position = new_from_old * point.position;
 }
 
@@ -225,7 +225,7 @@ Eigen::Vector3d
 measuredPointInCamera(const ImageGraph& graph, const SparseModel& model,
                       const Observation& observation)
 {
-  const Features& features = graph.features(observation.image);
+  const Features& features = graph.features(observation.frame);
   const std::size_t j = std::size_t(observation.feature);
   const CameraIntrinsics& camera = graph.camera();
   const Eigen::Vector2d pixel = features.pixels[j].cast<double>();
@@ -235,15 +235,15 @@ measuredPointInCamera(const ImageGraph& graph, const SparseModel& model,
   const double z =
       correctedDepth(features.depths[j] + features.depthSlope(j).cast<double>().dot(shift),
                      (pixel.x() - camera.cx) / camera.fx, (pixel.y() - camera.cy) / camera.fy,
-                     calibration, model.depthError(observation.image), graph.camera().depth_noise);
-  const MeasurementModel measurement(camera, calibration.values, model.motion(observation.image));
+                     calibration, model.depthError(observation.frame), graph.camera().depth_noise);
+  const MeasurementModel measurement(camera, calibration.values, model.motion(observation.frame));
   return measurement.unproject(pixel, z);
 }
 
 Eigen::Vector3d
 measuredPoint(const ImageGraph& graph, const SparseModel& model, const Observation& observation)
 {
-  return model.worldFromCamera(observation.image) *
+  return model.worldFromCamera(observation.frame) *
          measuredPointInCamera(graph, model, observation);
 }
 
@@ -251,17 +251,17 @@ bool
 agrees(const ImageGraph& graph, const SparseModel& model, const Observation& observation,
        const Eigen::Vector3d& point, const TrackOptions& options)
 {
-  const Features& features = graph.features(observation.image);
+  const Features& features = graph.features(observation.frame);
   const std::size_t j = std::size_t(observation.feature);
-  const Eigen::Vector3d in_camera = model.worldFromCamera(observation.image).inverse() * point;
+  const Eigen::Vector3d in_camera = model.worldFromCamera(observation.frame).inverse() * point;
   if (!(in_camera.z() > 0))
     return false;
   const Eigen::Vector2d pixel = features.pixels[j].cast<double>();
   const MeasurementModel measurement(graph.camera(), model.calibration().values,
-                                     model.motion(observation.image));
+                                     model.motion(observation.frame));
   const double pixel_error = (measurement.pixel(in_camera, pixel.y()) - pixel).norm();
   const double depth_error =
-      std::abs(measurement.depth(in_camera, pixel, model.depthError(observation.image),
+      std::abs(measurement.depth(in_camera, pixel, model.depthError(observation.frame),
                                  graph.camera().depth_noise) -
                features.depths[j]);
   return pixel_error < options.max_pixel_error * std::max(1.0f, features.pixel_sigmas[j]) &&

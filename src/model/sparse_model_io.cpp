@@ -17,18 +17,18 @@ toPointCloud(const ImageGraph& graph, const SparseModel& model, int component, b
     cloud->push_back(point);
   };
   for (const ScenePoint& point : model.points()) {
-    if (point.track.empty() || model.component(point.track.front().image) != component)
+    if (point.track.empty() || model.component(point.track.front().frame) != component)
       continue;
     Eigen::Vector3d color = Eigen::Vector3d::Zero();
     for (const Observation& o : point.track) {
-      const cv::Vec3b& bgr = graph.features(o.image).colors[o.feature];
+      const cv::Vec3b& bgr = graph.features(o.frame).colors[o.feature];
       color += Eigen::Vector3d(bgr[0], bgr[1], bgr[2]) / double(point.track.size());
     }
     add(point.position, {uchar(color[0]), uchar(color[1]), uchar(color[2])});
   }
   if (cameras)
-    for (const std::size_t image : model.registeredImages(component))
-      add(model.worldFromCamera(image).translation(), {0, 0, 255});
+    for (const std::size_t frame : model.registeredFrames(component))
+      add(model.worldFromCamera(frame).translation(), {0, 0, 255});
   return cloud;
 }
 

@@ -21,7 +21,7 @@ constexpr double MIN_AGREEING_SHARE = 0.3;
 
 using Matches = std::vector<FeatureMatch>;
 
-/** An edge of the image graph between two images of the component, as numbered here. */
+/** An edge of the image graph between two frames of the component, as numbered here. */
 struct Link {
   std::size_t first = 0;
   std::size_t second = 0;
@@ -36,7 +36,7 @@ struct Link {
   }
 };
 
-/** The key images of a component with the edges between them. */
+/** The key frames of a component with the edges between them. */
 class Connections {
 public:
   Connections(const ImageGraph& graph, int component, const TrackOptions& options, int num_threads,
@@ -45,17 +45,17 @@ public:
     num_threads_(num_threads), model_(model)
   {
     std::map<std::size_t, std::size_t> number;
-    for (const std::size_t image : model.registeredImages(component))
-      if (graph.isKey(image)) {
-        number[image] = images_.size();
-        images_.push_back(image);
+    for (const std::size_t frame : model.registeredFrames(component))
+      if (graph.isKey(frame)) {
+        number[frame] = frames_.size();
+        frames_.push_back(frame);
       }
-    for (const auto& [image, i] : number)
-      for (const ImageEdge& edge : graph.edges(image))
+    for (const auto& [frame, i] : number)
+      for (const ImageEdge& edge : graph.edges(frame))
         if (const auto other = number.find(edge.neighbour);
-            other != number.end() && edge.pair->first == image)
+            other != number.end() && edge.pair->first == frame)
           links_.push_back({i, other->second, edge.pair, {}, false});
-    moved_.resize(images_.size(), 0);
+    moved_.resize(frames_.size(), 0);
     std::vector<Link*> all;
     for (Link& link : links_)
       all.push_back(&link);
@@ -101,17 +101,17 @@ private:
   const double max_squared_sigmas_;
   const int num_threads_;
   SparseModel& model_;
-  std::vector<std::size_t> images_;
+  std::vector<std::size_t> frames_;
   std::vector<Link> links_;
   std::vector<Link*> tree_;
-  std::vector<char> moved_; ///< by image
+  std::vector<char> moved_; ///< by frame
 };
 
 /** Of maximum number of matches. */
 std::vector<Link*>
 Connections::spanningTree()
 {
-  Graph weighted(images_.size());
+  Graph weighted(frames_.size());
   std::map<Graph::edge_descriptor, Link*> link_of;
   for (Link& link : links_)
     if (!link.is_refuted)
@@ -134,15 +134,15 @@ Connections::strongestContradiction()
   return found == tree_.end() ? nullptr : *found;
 }
 
-/** By image, whether the tree connects it with the cut edge's second image. */
+/** By frame, whether the tree connects it with the cut edge's second frame. */
 std::vector<char>
 Connections::sideOfSecond(const Link& cut) const
 {
-  Graph parts(images_.size());
+  Graph parts(frames_.size());
   for (const Link* link : tree_)
     if (link != &cut)
       boost::add_edge(link->first, link->second, parts);
-  std::vector<int> part(images_.size());
+  std::vector<int> part(frames_.size());
   boost::connected_components(parts, part.data());
   std::vector<char> side;
   for (const int p : part)
@@ -150,13 +150,13 @@ Connections::sideOfSecond(const Link& cut) const
   return side;
 }
 
-/** For each edge, the matches that agree when its second image is moved in the world. */
+/** For each edge, the matches that agree when its second frame is moved in the world. */
 std::vector<Matches>
 Connections::agreeingMatches(const std::vector<Link*>& links, const Pose& second_moved_by) const
 {
   std::vector<Matches> agreeing(links.size());
   parallelFor(links.size(), num_threads_, {}, [&](std::size_t k) {
-    const std::size_t first = images_[links[k]->first], second = images_[links[k]->second];
+    const std::size_t first = frames_[links[k]->first], second = frames_[links[k]->second];
     const Features &first_features = graph_.features(first),
                    &second_features = graph_.features(second);
     for (const FeatureMatch& match : links[k]->pair->matches) {
@@ -173,15 +173,15 @@ Connections::agreeingMatches(const std::vector<Link*>& links, const Pose& second
   return agreeing;
 }
 
-/** Number of scene points that the matches show, however many images show them: by tracks, in the
- *  images of the side with fewer images. */
+/** Number of scene points that the matches show, however many frames show them: by tracks, in the
+ *  frames of the side with fewer frames. */
 std::size_t
 Connections::numPoints(const std::vector<Link*>& links, const std::vector<Matches>& matches,
                        const std::vector<char>& is_second) const
 {
   std::set<std::pair<int, int>> points[2];
   const auto add = [&](std::size_t i, int feature) {
-    const int point = model_.pointOf(images_[i], feature);
+    const int point = model_.pointOf(frames_[i], feature);
     points[is_second[i] ? 1 : 0].insert(point >= 0 ? std::pair(-1, point)
                                                    : std::pair(int(i), feature));
   };
@@ -199,12 +199,12 @@ bool
 Connections::moveAcross(const Link& link)
 {
   const std::vector<char> is_second = sideOfSecond(link);
-  const Pose second_moved_by = model_.worldFromCamera(images_[link.first]) *
+  const Pose second_moved_by = model_.worldFromCamera(frames_[link.first]) *
                                link.pair->first_from_second *
-                               model_.worldFromCamera(images_[link.second]).inverse();
+                               model_.worldFromCamera(frames_[link.second]).inverse();
   std::vector<Link*> between;
   std::vector<Matches> before, after;
-  for (const bool forward : {true, false}) { // by the side of an edge's second image
+  for (const bool forward : {true, false}) { // by the side of an edge's second frame
     std::vector<Link*> links;
     for (Link& other : links_)
       if (is_second[other.first] != is_second[other.second] &&
@@ -222,11 +222,11 @@ Connections::moveAcross(const Link& link)
   for (std::size_t k = 0; k < between.size(); ++k)
     between[k]->agreeing = std::move(after[k]);
   const std::size_t second_size = std::size_t(std::count(is_second.begin(), is_second.end(), 1));
-  const bool move_second = 2 * second_size <= images_.size();
+  const bool move_second = 2 * second_size <= frames_.size();
   const Pose motion = move_second ? second_moved_by : second_moved_by.inverse();
-  for (std::size_t i = 0; i < images_.size(); ++i)
+  for (std::size_t i = 0; i < frames_.size(); ++i)
     if (bool(is_second[i]) == move_second) {
-      model_.setWorldFromCamera(images_[i], motion * model_.worldFromCamera(images_[i]));
+      model_.setWorldFromCamera(frames_[i], motion * model_.worldFromCamera(frames_[i]));
       moved_[i] = 1;
     }
   return true;

@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include <bundle_icp/refinement/self_calibration.h>
 
+#include "adjustment/held_back.h"
 #include "common/parallel.h"
 
 #include <pcl/exceptions.h>
@@ -39,28 +40,28 @@ candidates(const SelfCalibrationOptions& options)
   return tests;
 }
 
-/** Grows a set from the image with most observations by images that share most points with it. */
+/** Grows a set from the frame with most observations by frames that share most points with it. */
 std::vector<std::size_t>
-wellConnected(const SparseModel& model, const std::vector<std::size_t>& images, std::size_t count)
+wellConnected(const SparseModel& model, const std::vector<std::size_t>& frames, std::size_t count)
 {
-  const std::set<std::size_t> allowed(images.begin(), images.end());
-  std::vector<std::size_t> shared(model.numImages(), 0);
-  std::vector<std::vector<std::size_t>> points_of(model.numImages());
+  const std::set<std::size_t> allowed(frames.begin(), frames.end());
+  std::vector<std::size_t> shared(model.numFrames(), 0);
+  std::vector<std::vector<std::size_t>> points_of(model.numFrames());
   for (std::size_t p = 0; p < model.points().size(); ++p)
     for (const Observation& o : model.points()[p].track)
-      if (allowed.count(o.image))
-        points_of[o.image].push_back(p);
-  std::vector<char> taken(model.numImages(), 0), seen(model.points().size(), 0);
+      if (allowed.count(o.frame))
+        points_of[o.frame].push_back(p);
+  std::vector<char> taken(model.numFrames(), 0), seen(model.points().size(), 0);
   std::vector<std::size_t> chosen;
   const auto better = [&](std::size_t a, std::size_t b) {
     return std::make_pair(shared[a], points_of[a].size()) >
            std::make_pair(shared[b], points_of[b].size());
   };
-  while (chosen.size() < std::min(count, images.size())) {
-    std::size_t best = model.numImages();
-    for (const std::size_t image : images)
-      if (!taken[image] && (best == model.numImages() || better(image, best)))
-        best = image;
+  while (chosen.size() < std::min(count, frames.size())) {
+    std::size_t best = model.numFrames();
+    for (const std::size_t frame : frames)
+      if (!taken[frame] && (best == model.numFrames() || better(frame, best)))
+        best = frame;
     taken[best] = 1;
     chosen.push_back(best);
     for (const std::size_t p : points_of[best]) {
@@ -68,7 +69,7 @@ wellConnected(const SparseModel& model, const std::vector<std::size_t>& images, 
         continue;
       seen[p] = 1;
       for (const Observation& o : model.points()[p].track)
-        ++shared[o.image];
+        ++shared[o.frame];
     }
   }
   return chosen;
@@ -83,11 +84,11 @@ struct Trial {
 
 class SelfCalibration {
 public:
-  SelfCalibration(const ImageGraph& graph, const std::vector<std::size_t>& images,
+  SelfCalibration(const ImageGraph& graph, const std::vector<std::size_t>& frames,
                   const BundleAdjustmentOptions& adjustment, const SelfCalibrationOptions& options)
   : graph_(graph), adjustment_(adjustment), options_(options)
   {
-    problem_.variable = images;
+    problem_.variable = frames;
     problem_.hold_back = true;
     problem_.min_track_length = options.min_track_length;
     adjustment_.max_iterations = options.max_iterations;
@@ -130,7 +131,7 @@ SelfCalibration::tryOut(const SparseModel& model, const CalibrationTest& test) c
   add(test, problem);
   adjustBundle(graph_, problem, adjustment_, trial.model);
   const std::vector<double> cost = heldBackCost(graph_, problem, adjustment_, trial.model);
-  // Observations of one image share its pose and are not independent: images count as samples.
+  // Observations of one frame share its pose and are not independent: frames count as samples.
   double sum = 0, sum2 = 0, total = 0;
   for (std::size_t i = 0; i < cost.size(); ++i) {
     const double gain = cost_[i] - cost[i];
@@ -189,7 +190,7 @@ SelfCalibration::run(SparseModel& model)
 bool
 SelfCalibrationOptions::isValid(std::string* error) const
 {
-  const char* reason = max_images < 2 || min_images < 2 ? "max_images and min_images must be >= 2"
+  const char* reason = max_frames < 2 || min_frames < 2 ? "max_frames and min_frames must be >= 2"
                        : min_track_length < 2           ? "min_track_length must be >= 2"
                        : !(significance > 0)            ? "significance must be > 0"
                        : !(min_gain >= 0)               ? "min_gain must be >= 0"
@@ -202,7 +203,7 @@ SelfCalibrationOptions::isValid(std::string* error) const
 }
 
 SelfCalibrationResult
-selfCalibrate(const ImageGraph& graph, const std::vector<std::size_t>& images,
+selfCalibrate(const ImageGraph& graph, const std::vector<std::size_t>& frames,
               const BundleAdjustmentOptions& adjustment, const SelfCalibrationOptions& options,
               SparseModel& model)
 {
@@ -211,9 +212,9 @@ selfCalibrate(const ImageGraph& graph, const std::vector<std::size_t>& images,
     throw pcl::BadArgumentException("selfCalibrate: " + error);
   SelfCalibrationResult untested;
   untested.tests = candidates(options);
-  if (untested.tests.empty() || images.size() < options.min_images)
+  if (untested.tests.empty() || frames.size() < options.min_frames)
     return untested;
-  return SelfCalibration(graph, wellConnected(model, images, options.max_images), adjustment,
+  return SelfCalibration(graph, wellConnected(model, frames, options.max_frames), adjustment,
                          options)
       .run(model);
 }

@@ -2,19 +2,15 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #pragma once
 
-#include <bundle_icp/common/pose.h>
+#include <bundle_icp/common/pose_estimate.h>
 
 #include <vector>
 
 namespace bundle_icp {
 
-/** The pose of one image, found without the others, at a time. */
-struct PoseMeasurement {
+/** The pose of one frame, found without the others. */
+struct PoseMeasurement : PoseEstimate {
   double time = 0; ///< [s], ascending
-  Pose world_from_camera = Pose::Identity();
-  /** Of increment(delta) about the camera: its rotation, and its position in the world.
-   */
-  Matrix6d covariance = Matrix6d::Identity();
 };
 
 /** Motion of a hand-held camera: white noise of acceleration, as spectral densities. */

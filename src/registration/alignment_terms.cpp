@@ -97,10 +97,9 @@ AlignmentTerms::prepare(const Pose& pose)
     mean += p;
     squared += p.squaredNorm();
   }
-  mean /= static_cast<double>(all.size());
+  mean /= double(all.size());
   center_ = pose * mean;
-  length_ =
-      std::max(1e-9, std::sqrt(squared / static_cast<double>(all.size()) - mean.squaredNorm()));
+  length_ = std::max(1e-9, std::sqrt(squared / double(all.size()) - mean.squaredNorm()));
   return true;
 }
 
@@ -130,7 +129,7 @@ void
 AlignmentTerms::useLevel(std::size_t level, float misalignment)
 {
   level_ = level;
-  const float limit = static_cast<float>(std::min(problem_.max_distance, 1e18));
+  const float limit = float(std::min(problem_.max_distance, 1e18));
   const float generous = misalignment > 0 ? COARSE_DISTANCE : LAST_DISTANCE;
   tolerance_ = {grid_ ? std::min(generous, limit) : limit, misalignment};
 }

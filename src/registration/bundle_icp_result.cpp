@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
-#include <bundle_icp/registration/point_alignment.h>
+#include <bundle_icp/registration/bundle_icp_result.h>
 
 #include "common/concatenate.h"
 

@@ -37,11 +37,11 @@ struct Projection {
     const Eigen::Matrix<double, 3, 4> p = k * virtual_from_source.matrix().topRows<3>();
     for (int i = 0; i < 3; ++i) {
       for (int j = 0; j < 4; ++j)
-        image[i][j] = static_cast<float>(p(i, j));
+        image[i][j] = float(p(i, j));
       for (int j = 0; j < 3; ++j)
-        world[i][j] = static_cast<float>(pose.linear()(i, j));
-      world[i][3] = static_cast<float>(pose.translation()[i] - about[i]);
-      center[i] = static_cast<float>(about[i]);
+        world[i][j] = float(pose.linear()(i, j));
+      world[i][3] = float(pose.translation()[i] - about[i]);
+      center[i] = float(about[i]);
     }
   }
 };
@@ -59,7 +59,7 @@ project(const Projection& projection, const SourcePoints& s, std::size_t begin, 
 {
   const Projection p = projection; // a copy, which no store below can change
   const float *sx = s.x.data(), *sy = s.y.data(), *sz = s.z.data();
-  const float right = static_cast<float>(p.width), bottom = static_cast<float>(p.height);
+  const float right = float(p.width), bottom = float(p.height);
 #pragma omp simd
   for (std::size_t i = begin; i < end; ++i) {
     const float x = sx[i], y = sy[i], z = sz[i];
@@ -71,7 +71,7 @@ project(const Projection& projection, const SourcePoints& s, std::size_t begin, 
     const float v = transformed(p.image[1], x, y, z) / c + 0.5f;
     const bool inside = (c > 0.01f) & (u >= 0) & (v >= 0) & (u < right) & (v < bottom);
     const float u_inside = inside ? u : 0.0f, v_inside = inside ? v : 0.0f;
-    const int pixel = static_cast<int>(v_inside) * p.width + static_cast<int>(u_inside);
+    const int pixel = int(v_inside) * p.width + int(u_inside);
     m.target[i] = inside ? pixel : -1;
     const float sigma = p.depth_sigma(z);
     m.inverse_sigma[i] = 1 / std::sqrt(sigma * sigma + p.misalignment_squared);
@@ -97,13 +97,12 @@ gather(const Projection& p, const PointsView& target, const SourcePoints& s, std
   constexpr std::size_t ahead = 16; // points, about as long as memory takes
   for (std::size_t i = begin; i < end; ++i) {
     if (i + ahead < end && m.target[i + ahead] >= 0)
-      __builtin_prefetch(target.xyz +
-                         static_cast<std::size_t>(m.target[i + ahead]) * target.stride);
+      __builtin_prefetch(target.xyz + std::size_t(m.target[i + ahead]) * target.stride);
     if (m.target[i] < 0) {
       rejectMatch(m, i);
       continue;
     }
-    const std::size_t offset = static_cast<std::size_t>(m.target[i]) * target.stride;
+    const std::size_t offset = std::size_t(m.target[i]) * target.stride;
     const float *q = target.xyz + offset, *n = target.normals + offset;
     const float dx = m.px[i] - (q[0] - p.center[0]), dy = m.py[i] - (q[1] - p.center[1]),
                 dz = m.pz[i] - (q[2] - p.center[2]);
@@ -140,9 +139,7 @@ histogramMedian(const std::vector<std::size_t>& bins, double bin_width)
     total += count;
   for (std::size_t b = 0; b < bins.size(); ++b) {
     if (2 * (below + bins[b]) >= total && bins[b] > 0)
-      return bin_width * (static_cast<double>(b) +
-                          (0.5 * static_cast<double>(total) - static_cast<double>(below)) /
-                              static_cast<double>(bins[b]));
+      return bin_width * (double(b) + (0.5 * double(total) - double(below)) / double(bins[b]));
     below += bins[b];
   }
   return 0;
@@ -190,12 +187,12 @@ robustScale(const Matches& matches)
 #pragma omp simd reduction(max : largest)
   for (std::size_t i = 0; i < matches.size(); ++i)
     largest = std::max(largest, std::abs(residual[i] * inverse_sigma[i]));
-  const double width = std::max(1e-12, static_cast<double>(largest) / 3999);
-  const float to_bin = static_cast<float>(1 / width);
+  const double width = std::max(1e-12, double(largest) / 3999);
+  const float to_bin = float(1 / width);
   for (std::size_t i = 0; i < matches.size(); ++i)
     if (matches.inverse_sigma[i] > 0) {
       const float e = std::abs(matches.residual[i] * matches.inverse_sigma[i]) * to_bin;
-      ++bins[std::min<std::size_t>(bins.size() - 1, static_cast<std::size_t>(e))];
+      ++bins[std::min<std::size_t>(bins.size() - 1, std::size_t(e))];
     }
   return 1.4826 * histogramMedian(bins, width);
 }
@@ -209,8 +206,7 @@ meetingByProjection(const TargetGrid& target, const SourcePoints& source, const 
   Meeting meeting;
   for (std::size_t i = 0; i < source.size(); ++i) {
     if (matches.target[i] >= 0 &&
-        std::abs(static_cast<double>(matches.residual[i] * matches.inverse_sigma[i])) <=
-            3 * scale) {
+        std::abs(double(matches.residual[i] * matches.inverse_sigma[i])) <= 3 * scale) {
       meeting.near += 1;
       continue;
     }
@@ -222,7 +218,7 @@ meetingByProjection(const TargetGrid& target, const SourcePoints& source, const 
     if (!(pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() < camera.width &&
           pixel.y() < camera.height))
       continue;
-    const auto index = static_cast<std::size_t>(pixel.y() * camera.width + pixel.x());
+    const auto index = std::size_t(pixel.y() * camera.width + pixel.x());
     const Eigen::Vector3f seen =
         Eigen::Map<const Eigen::Vector3f>(target.points.xyz + index * target.points.stride);
     if (const double z = (virtual_from_world * seen.cast<double>()).z(); std::isfinite(z))
@@ -237,7 +233,7 @@ rmsError(const Matches& matches)
   double sum = 0, count = 0;
   for (std::size_t i = 0; i < matches.size(); ++i)
     if (matches.inverse_sigma[i] > 0) {
-      const double e = static_cast<double>(matches.residual[i] * matches.inverse_sigma[i]);
+      const double e = double(matches.residual[i] * matches.inverse_sigma[i]);
       sum += e * e;
       count += 1;
     }

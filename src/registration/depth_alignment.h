@@ -2,7 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #pragma once
 
-#include <bundle_icp/registration/point_alignment.h>
+#include <bundle_icp/registration/impl/point_alignment.h>
 #include <bundle_icp/virtual_depth/virtual_depth.h>
 
 #include <memory>
@@ -23,7 +23,7 @@ public:
   operator=(const DepthAlignment&) = delete;
 
   /** \param matches in the source's frame; the start is their robust fit
-   *  \param scale VisualPose::scale of that fit */
+   *  \param scale RigidAlignment::scale of that fit */
   void
   setVisualEvidence(const VisualCorrespondences& matches, double scale);
 

@@ -44,7 +44,7 @@ meanDepth(const Features& features)
   return count ? sum / double(count) : 0;
 }
 
-/** Information of a dense term on motions of either image that are applied on the left of its pose
+/** Information of a dense term on motions of either frame that are applied on the left of its pose
  *  in the world, while the other stays: the adjoint of first_from_world takes them to the first
  *  camera's frame, where the term holds its own. */
 Matrix6d
@@ -79,11 +79,11 @@ FrameRegistrar::setDepthErrors(bool depth_errors)
 }
 
 std::vector<Neighbour>
-FrameRegistrar::registeredNeighbours(const SparseModel& model, std::size_t image,
+FrameRegistrar::registeredNeighbours(const SparseModel& model, std::size_t frame,
                                      int component) const
 {
   std::vector<Neighbour> neighbours;
-  for (const ImageEdge& edge : graph_.edges(image))
+  for (const ImageEdge& edge : graph_.edges(frame))
     if (model.component(edge.neighbour) == component)
       neighbours.push_back({edge.neighbour, edge.pair->matches.size()});
   std::stable_sort(neighbours.begin(), neighbours.end(),
@@ -92,75 +92,76 @@ FrameRegistrar::registeredNeighbours(const SparseModel& model, std::size_t image
 }
 
 NewFrame
-FrameRegistrar::newFrame(const SparseModel& model, std::size_t image, int component,
+FrameRegistrar::newFrame(const SparseModel& model, std::size_t frame, int component,
                          int num_threads) const
 {
-  NewFrame frame{image, registeredNeighbours(model, image, component), {}, num_threads};
+  NewFrame new_frame{frame, registeredNeighbours(model, frame, component), {}, num_threads};
   if (!options_.visual_start)
-    frame.guess = model.worldFromCamera(frame.neighbours.front().image);
-  return frame;
+    new_frame.guess = model.worldFromCamera(new_frame.neighbours.front().frame);
+  return new_frame;
 }
 
 FrameRegistration
-FrameRegistrar::bundleICP(const SparseModel& model, const NewFrame& frame) const
+FrameRegistrar::bundleICP(const SparseModel& model, const NewFrame& new_frame) const
 {
   // 1: M_reg,new = Find Correspondence Point(I_reg, I_new)
-  const Correspondences matches = findCorrespondences(model, frame);
+  const Correspondences matches = findCorrespondences(model, new_frame);
   // 2: T*_new = argmin sum |T_i^w X_i,m - T_new^w X_new,n|^2
-  ImageRegistration report;
-  const std::optional<VisualPose> initial = initialPose(frame, matches, report);
-  if (!initial && !frame.guess)
-    return {{}, {}, {}, report};
-  const Pose start = initial ? initial->world_from_source : *frame.guess;
-  const FrameRegistration visual = adjusted(model, frame.image, matches, {start}, report);
-  if (initial && !canDepthImprove(frame.image, visual))
+  FrameRegistration registration;
+  const std::optional<RigidAlignment> initial = initialPose(new_frame, matches, registration);
+  if (!initial && !new_frame.guess)
+    return registration;
+  const Pose start = initial ? initial->target_from_source : *new_frame.guess;
+  const FrameRegistration visual = adjusted(model, new_frame.index, matches, {start}, registration);
+  if (initial && !canDepthImprove(new_frame.index, visual))
     return visual;
   // 3: I_vir^d = Virtual Depth(T*_new, I_reg^d), from where the camera was when depth was taken
-  const Pose depth_from_color = model.depthFromColor(frame.image);
+  const Pose depth_from_color = model.depthFromColor(new_frame.index);
   const Pose depth_start = start * depth_from_color.inverse();
-  DepthAlignment alignment(depth_views_(frame.image, model),
-                           virtualDepthOptions(frame.num_threads));
-  showVirtualDepth(model, frame, depth_start, alignment);
+  DepthAlignment alignment(depth_views_(new_frame.index, model),
+                           virtualDepthOptions(new_frame.num_threads));
+  showVirtualDepth(model, new_frame, depth_start, alignment);
   if (initial)
     alignment.setVisualEvidence(transformed(matches.points, depth_from_color), initial->scale);
   // 4 to 7: until T*_new stays, A_a = Compute_Closest_Points(T*_new, I_vir^d, I_new^d) and
   // T*_new = Optimized_Alignment(T*_new, I_vir^d, I_new^d)
-  const Alignment dense = alignPoints(alignment.problem(), depth_start);
+  const BundleICPResult dense = alignPoints(alignment.problem(), depth_start);
   // The verdict: what both say together, if depth says anything
-  report.icp_rmse = dense.result.rmse;
-  if (!isEvidence(dense.result, report))
-    return initial ? visual : FrameRegistration{{}, {}, {}, report};
-  return adjusted(model, frame.image, matches, denseEvidence(model, frame.image, dense.result),
-                  report);
+  registration.icp_rmse = dense.rmse;
+  registration.overlap = dense.overlap;
+  if (!isEvidence(dense, registration))
+    return initial ? visual : registration;
+  return adjusted(model, new_frame.index, matches, denseEvidence(model, new_frame.index, dense),
+                  registration);
 }
 
 FrameRegistration
-FrameRegistrar::registerVisually(const SparseModel& model, const NewFrame& frame) const
+FrameRegistrar::registerVisually(const SparseModel& model, const NewFrame& new_frame) const
 {
-  const Correspondences matches = findCorrespondences(model, frame);
-  ImageRegistration report;
-  const std::optional<VisualPose> initial = initialPose(frame, matches, report);
+  const Correspondences matches = findCorrespondences(model, new_frame);
+  FrameRegistration registration;
+  const std::optional<RigidAlignment> initial = initialPose(new_frame, matches, registration);
   if (!initial)
-    return {{}, {}, {}, report};
-  return adjusted(model, frame.image, matches, {initial->world_from_source}, report);
+    return registration;
+  return adjusted(model, new_frame.index, matches, {initial->target_from_source}, registration);
 }
 
 FrameRegistrar::Correspondences
-FrameRegistrar::findCorrespondences(const SparseModel& model, const NewFrame& frame) const
+FrameRegistrar::findCorrespondences(const SparseModel& model, const NewFrame& new_frame) const
 {
   Correspondences found;
-  if (frame.guess)
+  if (new_frame.guess)
     return found;
-  const std::size_t image = frame.image;
-  const Features& features = graph_.features(image);
+  const std::size_t frame = new_frame.index;
+  const Features& features = graph_.features(frame);
   std::set<std::size_t> wanted;
-  for (const Neighbour& neighbour : frame.neighbours)
-    wanted.insert(neighbour.image);
-  std::set<std::pair<int, int>> seen; // feature and point: several images show the same one
-  for (const ImageEdge& edge : graph_.edges(image)) {
+  for (const Neighbour& neighbour : new_frame.neighbours)
+    wanted.insert(neighbour.frame);
+  std::set<std::pair<int, int>> seen; // feature and point: several frames show the same one
+  for (const ImageEdge& edge : graph_.edges(frame)) {
     if (!wanted.count(edge.neighbour))
       continue;
-    const bool is_first = edge.pair->first == image;
+    const bool is_first = edge.pair->first == frame;
     const Features& others = graph_.features(edge.neighbour);
     for (const FeatureMatch& match : edge.pair->matches) {
       const int own = is_first ? match.first : match.second;
@@ -173,7 +174,7 @@ FrameRegistrar::findCorrespondences(const SparseModel& model, const NewFrame& fr
       if (point >= 0) // the mean of a track is better than one measurement
         other_variance /= double(model.points()[point].track.size());
       found.features.push_back(own);
-      found.points.source.push_back(measuredPointInCamera(graph_, model, {image, own}));
+      found.points.source.push_back(measuredPointInCamera(graph_, model, {frame, own}));
       found.points.target.push_back(point >= 0
                                         ? model.points()[point].position
                                         : measuredPoint(graph_, model, {edge.neighbour, other}));
@@ -183,58 +184,58 @@ FrameRegistrar::findCorrespondences(const SparseModel& model, const NewFrame& fr
   return found;
 }
 
-/** By FrameRegistrationOptions::method; unset with the reason in the report. */
-std::optional<VisualPose>
-FrameRegistrar::initialPose(const NewFrame& frame, const Correspondences& matches,
-                            ImageRegistration& report) const
+/** By FrameRegistrationOptions::method; unset with the reason in the registration. */
+std::optional<RigidAlignment>
+FrameRegistrar::initialPose(const NewFrame& new_frame, const Correspondences& matches,
+                            FrameRegistration& registration) const
 {
-  report.by_geometry = frame.guess.has_value();
-  report.matches = matches.features.size();
-  if (frame.guess)
+  registration.by_geometry = new_frame.guess.has_value();
+  registration.matches = matches.features.size();
+  if (new_frame.guess)
     return std::nullopt;
-  const std::optional<VisualPose> initial =
+  const std::optional<RigidAlignment> initial =
       options_.method == FrameRegistrationMethod::PNP
           ? estimatePnPPose(graph_.camera(),
-                            pixelsOf(graph_.features(frame.image), matches.features),
+                            pixelsOf(graph_.features(new_frame.index), matches.features),
                             matches.points.target)
           : estimateVisualPose(matches.points);
-  report.inliers = initial ? initial->inliers : 0;
-  if (report.inliers >= options_.min_visual_inliers)
+  registration.inliers = initial ? initial->inliers.size() : 0;
+  if (registration.inliers >= options_.min_visual_inliers)
     return initial;
-  report.reason = "only " + std::to_string(report.inliers) + " of " +
-                  std::to_string(report.matches) +
-                  " visual correspondences agree on a pose; needed are " +
-                  std::to_string(options_.min_visual_inliers);
+  registration.reason = "only " + std::to_string(registration.inliers) + " of " +
+                        std::to_string(registration.matches) +
+                        " visual correspondences agree on a pose; needed are " +
+                        std::to_string(options_.min_visual_inliers);
   return std::nullopt;
 }
 
-/** Dense evidence is at best as good as the error that an image's pixels share. */
+/** Dense evidence is at best as good as the error that a frame's pixels share. */
 bool
-FrameRegistrar::canDepthImprove(std::size_t image, const FrameRegistration& visual) const
+FrameRegistrar::canDepthImprove(std::size_t frame, const FrameRegistration& visual) const
 {
   if (options_.method != FrameRegistrationMethod::BUNDLE_ICP)
     return false;
-  const double z = meanDepth(graph_.features(image));
-  if (graph_.isKey(image) || !visual.report.registered || !(z > 0))
+  const double z = meanDepth(graph_.features(frame));
+  if (graph_.isKey(frame) || !visual.registered || !(z > 0))
     return true;
   const SharedError shared(z, graph_.camera().depth_noise, shared_depth_sigmas_);
-  const double rotation = visual.report.rotation_deviation / shared.tilt;
-  const double position = visual.report.position_deviation / shared.shift;
+  const double rotation = visual.rotation_deviation / shared.tilt;
+  const double position = visual.position_deviation / shared.shift;
   return rotation * rotation + position * position > LEAST_DENSE_GAIN;
 }
 
-/** Of the best covisible images. */
+/** Of the best covisible frames. */
 void
-FrameRegistrar::showVirtualDepth(const SparseModel& model, const NewFrame& frame, const Pose& start,
-                                 DepthAlignment& alignment) const
+FrameRegistrar::showVirtualDepth(const SparseModel& model, const NewFrame& new_frame,
+                                 const Pose& start, DepthAlignment& alignment) const
 {
   std::vector<DepthAlignment::View> views;
   std::vector<Pose> poses;
-  for (const Neighbour& neighbour : frame.neighbours) {
+  for (const Neighbour& neighbour : new_frame.neighbours) {
     if (views.size() == options_.max_views)
       break;
-    views.push_back(depth_views_(neighbour.image, model));
-    poses.push_back(model.worldFromDepth(neighbour.image));
+    views.push_back(depth_views_(neighbour.frame, model));
+    poses.push_back(model.worldFromDepth(neighbour.frame));
   }
   alignment.setVirtualDepth(views, poses, start);
 }
@@ -248,74 +249,72 @@ FrameRegistrar::virtualDepthOptions(int num_threads) const
 }
 
 /** Whether ICP measured the pose: it ended where the surfaces meet and, on its own, leaves nothing
- *  open; otherwise with the reason in the report. */
+ *  open; otherwise with the reason in the registration. */
 bool
-FrameRegistrar::isEvidence(const BundleICPResult& dense, ImageRegistration& report) const
+FrameRegistrar::isEvidence(const BundleICPResult& dense, FrameRegistration& registration) const
 {
-  if (!report.by_geometry)
+  if (!registration.by_geometry)
     return hasConverged(dense.status);
   if (dense.status != BundleICPStatus::CONVERGED)
-    report.reason = "geometry alone did not converge";
+    registration.reason = "geometry alone did not converge";
   else if (dense.overlap < options_.min_overlap)
-    report.reason = "geometry alone: only " + std::to_string(int(100 * dense.overlap)) +
-                    " % of the depth lies on the model";
+    registration.reason = "geometry alone: only " + std::to_string(int(100 * dense.overlap)) +
+                          " % of the depth lies on the model";
   else if (!dense.degenerate_directions.empty())
-    report.reason = "geometry alone leaves " + std::to_string(dense.degenerate_directions.size()) +
-                    " directions of motion open";
-  return report.reason.empty();
+    registration.reason = "geometry alone leaves " +
+                          std::to_string(dense.degenerate_directions.size()) +
+                          " directions of motion open";
+  return registration.reason.empty();
 }
 
-DensePose
-FrameRegistrar::denseEvidence(const SparseModel& model, std::size_t image,
+DensePoseTerm
+FrameRegistrar::denseEvidence(const SparseModel& model, std::size_t frame,
                               const BundleICPResult& dense) const
 {
-  return {dense.dense_pose * model.depthFromColor(image),
-          withSharedError(dense.information, *depth_views_(image, model),
+  return {dense.dense_pose * model.depthFromColor(frame),
+          withSharedError(dense.information, *depth_views_(frame, model),
                           graph_.camera().depth_noise, shared_depth_sigmas_, 1)};
 }
 
 FrameRegistration
-FrameRegistrar::adjusted(const SparseModel& model, std::size_t image,
-                         const Correspondences& matches, const DensePose& dense,
-                         const ImageRegistration& report) const
+FrameRegistrar::adjusted(const SparseModel& model, std::size_t frame,
+                         const Correspondences& matches, const DensePoseTerm& dense,
+                         FrameRegistration registration) const
 {
   std::vector<PointObservation> observations;
   for (std::size_t k = 0; k < matches.features.size(); ++k)
     observations.push_back({matches.features[k], matches.points.target[k]});
-  const ImagePose pose =
-      adjustPose(graph_, model, image, observations, dense, adjustment_, depth_errors_,
-                 {dense.world_from_camera, model.depthError(image)});
-  FrameRegistration registration{pose.world_from_camera, pose.depth_error, pose.covariance, report};
-  const double rotation = largestDeviation(pose.covariance.topLeftCorner<3, 3>());
-  const double position = largestDeviation(pose.covariance.bottomRightCorner<3, 3>());
-  registration.report.rotation_deviation = rotation;
-  registration.report.position_deviation = position;
-  registration.report.registered =
-      position <= options_.max_position_deviation && rotation <= options_.max_rotation_deviation;
-  if (!registration.report.registered) {
+  PoseEstimate& pose = registration;
+  pose = adjustPose(graph_, model, frame, observations, dense, adjustment_, depth_errors_,
+                    {dense.world_from_camera, model.depthError(frame)});
+  registration.rotation_deviation = largestDeviation(pose.covariance.topLeftCorner<3, 3>());
+  registration.position_deviation = largestDeviation(pose.covariance.bottomRightCorner<3, 3>());
+  registration.registered = registration.position_deviation <= options_.max_position_deviation &&
+                            registration.rotation_deviation <= options_.max_rotation_deviation;
+  if (!registration.registered) {
     std::ostringstream reason;
     reason << "its matches and its depth leave the pose open: +- " << std::setprecision(2)
-           << 100 * position << " cm along, or +- " << rotation * 180 / M_PI
-           << " degrees about, some direction";
-    registration.report.reason = reason.str();
+           << 100 * registration.position_deviation << " cm along, or +- "
+           << registration.rotation_deviation * 180 / M_PI << " degrees about, some direction";
+    registration.reason = reason.str();
   }
   return registration;
 }
 
 Matrix6d
-FrameRegistrar::poseCovariance(const SparseModel& model, std::size_t image,
+FrameRegistrar::poseCovariance(const SparseModel& model, std::size_t frame,
                                const std::vector<RelativePoseTerm>& terms) const
 {
-  DensePose dense{model.worldFromCamera(image)};
+  DensePoseTerm dense{model.worldFromCamera(frame)};
   for (const RelativePoseTerm& term : terms)
-    if (term.first == image || term.second == image)
+    if (term.first == frame || term.second == frame)
       dense.information += informationInWorld(term, model.worldFromCamera(term.first));
   std::vector<PointObservation> observations;
-  for (std::size_t j = 0; j < graph_.features(image).size(); ++j)
-    if (const int point = model.pointOf(image, int(j)); point >= 0)
+  for (std::size_t j = 0; j < graph_.features(frame).size(); ++j)
+    if (const int point = model.pointOf(frame, int(j)); point >= 0)
       observations.push_back({int(j), model.points()[std::size_t(point)].position});
-  return adjustPose(graph_, model, image, observations, dense, adjustment_, depth_errors_,
-                    {model.worldFromCamera(image), model.depthError(image)})
+  return adjustPose(graph_, model, frame, observations, dense, adjustment_, depth_errors_,
+                    {model.worldFromCamera(frame), model.depthError(frame)})
       .covariance;
 }
 
@@ -327,7 +326,7 @@ FrameRegistrar::registerPair(const SparseModel& model, std::size_t first, std::s
   const Pose guess = model.worldFromDepth(first).inverse() * model.worldFromDepth(second);
   DepthAlignment alignment(source, virtualDepthOptions(1));
   alignment.setView(*target);
-  const BundleICPResult result = alignPoints(alignment.problem(), guess).result;
+  const BundleICPResult result = alignPoints(alignment.problem(), guess);
   if (result.status != BundleICPStatus::CONVERGED || result.overlap < 0.2)
     return std::nullopt;
   RelativePoseTerm term;

@@ -3,7 +3,7 @@
 #pragma once
 
 #include <bundle_icp/registration/frame_registration.h>
-#include <bundle_icp/registration/point_alignment.h>
+#include <bundle_icp/registration/impl/point_alignment.h>
 
 #include "adjustment/pose_adjustment.h"
 #include "registration/depth_alignment.h"
@@ -12,31 +12,22 @@
 
 namespace bundle_icp {
 
-/** Registered neighbour of an image, and the number of matches that the two images share. */
+/** Registered neighbour of a frame, and the number of matches that the two frames share. */
 struct Neighbour {
-  std::size_t image = 0;
+  std::size_t frame = 0;
   std::size_t matches = 0;
 };
 
-/** Pose of an image found by Bundle ICP, or the reason why there is none. */
-struct FrameRegistration {
-  Pose world_from_camera = Pose::Identity();
-  DepthError depth_error = DepthError::Zero();
-  /** Of the camera's rotation and position, see ImagePose. */
-  Matrix6d covariance = Matrix6d::Identity();
-  ImageRegistration report;
-};
-
-/** An image to register, and its registered neighbours. */
+/** A frame to register, and its registered neighbours. */
 struct NewFrame {
-  std::size_t image = 0;
-  std::vector<Neighbour> neighbours; ///< registered images, best first
+  std::size_t index = 0;
+  std::vector<Neighbour> neighbours; ///< registered frames, best first
   /** Where ICP starts without visual evidence: geometry alone then decides. */
   std::optional<Pose> guess;
   int num_threads = 0; ///< inside this one registration
 };
 
-/** Bundle ICP, Algorithm 1: registers single images against a model that does not change meanwhile.
+/** Bundle ICP, Algorithm 1: registers single frames against a model that does not change meanwhile.
  *  Several threads may call all methods. */
 class FrameRegistrar {
 public:
@@ -47,39 +38,39 @@ public:
   {
   }
 
-  /** True: images have a DepthError of their own, as self-calibration found. False: dense evidence
+  /** True: frames have a DepthError of their own, as self-calibration found. False: dense evidence
    *  gets the weight of its noise alone. */
   void
   setDepthErrors(bool depth_errors);
 
-  /** An image of the graph, to be registered with its neighbours in a component: from its matches,
+  /** A frame of the graph, to be registered with its neighbours in a component: from its matches,
    *  or, without FrameRegistrationOptions::visual_start, from the pose of the neighbour that shares
    *  most of them. */
   NewFrame
-  newFrame(const SparseModel& model, std::size_t image, int component, int num_threads) const;
+  newFrame(const SparseModel& model, std::size_t frame, int component, int num_threads) const;
 
   /** Algorithm 1 of the paper, for FrameRegistrationOptions::method. */
   FrameRegistration
-  bundleICP(const SparseModel& model, const NewFrame& frame) const;
+  bundleICP(const SparseModel& model, const NewFrame& new_frame) const;
 
   /** Lines 1 and 2 of Algorithm 1 alone, quickly. */
   FrameRegistration
-  registerVisually(const SparseModel& model, const NewFrame& frame) const;
+  registerVisually(const SparseModel& model, const NewFrame& new_frame) const;
 
-  /** How well the pose of an image of the model is held by the points that the image sees and by
-   *  its dense terms among `terms`, see ImagePose. */
+  /** How well the pose of a frame of the model is held by the points that the frame sees and by
+   *  its dense terms among `terms`, see PoseEstimate. */
   Matrix6d
-  poseCovariance(const SparseModel& model, std::size_t image,
+  poseCovariance(const SparseModel& model, std::size_t frame,
                  const std::vector<RelativePoseTerm>& terms) const;
 
-  /** Dense evidence on the motion between two images near their present poses; unset when
+  /** Dense evidence on the motion between two frames near their present poses; unset when
    *  their surfaces do not meet. */
   std::optional<RelativePoseTerm>
   registerPair(const SparseModel& model, std::size_t first, std::size_t second) const;
 
   /** Registered neighbours of the component, most matches first. */
   std::vector<Neighbour>
-  registeredNeighbours(const SparseModel& model, std::size_t image, int component) const;
+  registeredNeighbours(const SparseModel& model, std::size_t frame, int component) const;
 
 private:
   /** Matches of a new frame to registered frames, and the new frame's features in these matches. */
@@ -89,32 +80,32 @@ private:
   };
 
   Correspondences
-  findCorrespondences(const SparseModel& model, const NewFrame& frame) const;
+  findCorrespondences(const SparseModel& model, const NewFrame& new_frame) const;
 
-  std::optional<VisualPose>
-  initialPose(const NewFrame& frame, const Correspondences& matches,
-              ImageRegistration& report) const;
+  std::optional<RigidAlignment>
+  initialPose(const NewFrame& new_frame, const Correspondences& matches,
+              FrameRegistration& registration) const;
 
   bool
-  canDepthImprove(std::size_t image, const FrameRegistration& visual) const;
+  canDepthImprove(std::size_t frame, const FrameRegistration& visual) const;
 
   void
-  showVirtualDepth(const SparseModel& model, const NewFrame& frame, const Pose& start,
+  showVirtualDepth(const SparseModel& model, const NewFrame& new_frame, const Pose& start,
                    DepthAlignment& alignment) const;
 
   VirtualDepthOptions
   virtualDepthOptions(int num_threads) const;
 
   bool
-  isEvidence(const BundleICPResult& dense, ImageRegistration& report) const;
+  isEvidence(const BundleICPResult& dense, FrameRegistration& registration) const;
 
-  DensePose
-  denseEvidence(const SparseModel& model, std::size_t image, const BundleICPResult& dense) const;
+  DensePoseTerm
+  denseEvidence(const SparseModel& model, std::size_t frame, const BundleICPResult& dense) const;
 
   /** Pose of visual and dense evidence together, each counted once. */
   FrameRegistration
-  adjusted(const SparseModel& model, std::size_t image, const Correspondences& matches,
-           const DensePose& dense, const ImageRegistration& report) const;
+  adjusted(const SparseModel& model, std::size_t frame, const Correspondences& matches,
+           const DensePoseTerm& dense, FrameRegistration registration) const;
 
   const ImageGraph& graph_;
   const DepthViewProvider& depth_views_;

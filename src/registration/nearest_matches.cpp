@@ -22,8 +22,7 @@ constexpr float MIN_COSINE = 0.6f;
 Eigen::Vector3f
 pointAt(const PointsView& view, int index)
 {
-  return Eigen::Map<const Eigen::Vector3f>(view.xyz +
-                                           static_cast<std::size_t>(index) * view.stride);
+  return Eigen::Map<const Eigen::Vector3f>(view.xyz + std::size_t(index) * view.stride);
 }
 
 } // namespace
@@ -55,9 +54,9 @@ NearestMatcher::findNearest(const SourcePoints& source, const Pose& pose,
       const bool found =
           !nearest.empty() && (pointAt(problem_.target, nearest[0]) - query).squaredNorm() <= limit;
       const Eigen::Vector3d relative = p - center;
-      m.px[i] = static_cast<float>(relative.x());
-      m.py[i] = static_cast<float>(relative.y());
-      m.pz[i] = static_cast<float>(relative.z());
+      m.px[i] = float(relative.x());
+      m.py[i] = float(relative.y());
+      m.pz[i] = float(relative.z());
       m.target[i] = found ? nearest[0] : -1;
     }
   }
@@ -75,7 +74,7 @@ NearestMatcher::fitNormal(int target) const
     return unknown;
   Eigen::Vector3f mean = Eigen::Vector3f::Zero();
   for (const int i : indices)
-    mean += (pointAt(problem_.target, i) - at) / static_cast<float>(indices.size());
+    mean += (pointAt(problem_.target, i) - at) / float(indices.size());
   Eigen::Matrix3f covariance = Eigen::Matrix3f::Zero();
   for (const int i : indices) {
     const Eigen::Vector3f d = pointAt(problem_.target, i) - at - mean;
@@ -95,18 +94,18 @@ NearestMatcher::prepareNormals(const std::vector<int>& targets)
 {
   std::vector<int> wanted;
   for (const int t : targets)
-    if (t >= 0 && !known_[static_cast<std::size_t>(t)]) {
-      known_[static_cast<std::size_t>(t)] = 1;
+    if (t >= 0 && !known_[std::size_t(t)]) {
+      known_[std::size_t(t)] = 1;
       wanted.push_back(t);
     }
 #pragma omp parallel for num_threads(resolveThreads(problem_.num_threads)) schedule(static)
   for (std::size_t i = 0; i < wanted.size(); ++i)
-    normals_[static_cast<std::size_t>(wanted[i])] = fitNormal(wanted[i]);
+    normals_[std::size_t(wanted[i])] = fitNormal(wanted[i]);
   std::size_t matched = 0, planar = 0;
   for (const int t : targets)
     if (t >= 0) {
       ++matched;
-      planar += normals_[static_cast<std::size_t>(t)].allFinite() ? 1 : 0;
+      planar += normals_[std::size_t(t)].allFinite() ? 1 : 0;
     }
   planar_ = planar_ && 2 * planar >= matched;
 }
@@ -121,7 +120,7 @@ NearestMatcher::fillPlanes(const SourcePoints& source, const Pose& pose,
   for (std::size_t i = 0; i < source.size(); ++i) {
     if (m.target[i] < 0)
       continue;
-    const std::size_t t = static_cast<std::size_t>(m.target[i]);
+    const std::size_t t = std::size_t(m.target[i]);
     const Eigen::Vector3f n = own ? Eigen::Vector3f(Eigen::Map<const Eigen::Vector3f>(
                                         problem_.target.normals + t * problem_.target.stride))
                                   : normals_[t];
@@ -165,7 +164,7 @@ NearestMatcher::fillPoints(std::size_t size, const Eigen::Vector3d& center, Matc
       axes.pz[k] = p.z();
       (axis == 0 ? axes.nx : axis == 1 ? axes.ny : axes.nz)[k] = 1;
       (axis == 0 ? axes.sx : axis == 1 ? axes.sy : axes.sz)[k] = 1;
-      axes.residual[k] = d[static_cast<Eigen::Index>(axis)];
+      axes.residual[k] = d[Eigen::Index(axis)];
       axes.inverse_sigma[k] = 1;
       axes.target[k] = m.target[i];
     }
@@ -210,7 +209,7 @@ NearestMatcher::meeting(const SourcePoints& source, const Matches& m,
       against += distance > limit && distance <= 3 * limit ? 1 : 0;
     }
   }
-  return {static_cast<double>(near), 3 * static_cast<double>(against)};
+  return {double(near), 3 * double(against)};
 }
 
 } // namespace bundle_icp

@@ -92,7 +92,7 @@ sumChunk(const Matches& m, std::size_t begin, std::size_t end, float cutoff, flo
   }
   for (std::size_t k = 0; k < SUMS; ++k)
     for (std::size_t l = 0; l < LANES; ++l)
-      sums.value[k] += static_cast<double>(acc[k][l]);
+      sums.value[k] += double(acc[k][l]);
 }
 
 /** -H^-1 g along the directions that H holds. */
@@ -117,8 +117,7 @@ accumulate(const Matches& matches, double scale, int num_threads)
 {
   const std::size_t chunks = (matches.size() + CHUNK - 1) / CHUNK;
   std::vector<Sums> partial(chunks);
-  const float cutoff = static_cast<float>(TUKEY_CUTOFF * scale),
-              inlier = static_cast<float>(3 * scale);
+  const float cutoff = float(TUKEY_CUTOFF * scale), inlier = float(3 * scale);
 #pragma omp parallel for num_threads(resolveThreads(num_threads)) schedule(static)
   for (std::size_t c = 0; c < chunks; ++c)
     simd::call<sumChunk>(matches, c * CHUNK, std::min(matches.size(), (c + 1) * CHUNK), cutoff,
@@ -139,8 +138,8 @@ accumulate(const Matches& matches, double scale, int num_threads)
   system.weight = total.value[48];
   system.squared_error = total.value[49];
   system.weight_metric = total.value[50];
-  system.matched = static_cast<std::size_t>(total.value[51]);
-  system.inliers = static_cast<std::size_t>(total.value[52]);
+  system.matched = std::size_t(total.value[51]);
+  system.inliers = std::size_t(total.value[52]);
   system.squared_inliers = total.value[53];
   return system;
 }
@@ -208,7 +207,7 @@ Matrix6d
 robustInformation(const Matrix6d& information, double variance_factor,
                   const std::vector<Vector6d>& gradients, double model_share)
 {
-  const auto count = static_cast<double>(gradients.size());
+  const auto count = double(gradients.size());
   const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(information);
   const Eigen::Index held = (eigen.eigenvalues().array() > 1e-9 * eigen.eigenvalues()[5]).count();
   if (count < MIN_TILES || held == 0)

@@ -31,7 +31,7 @@ toPose(const cv::Mat& camera_from_world_rotation, const cv::Mat& translation)
 
 } // namespace
 
-std::optional<VisualPose>
+std::optional<RigidAlignment>
 estimatePnPPose(const CameraIntrinsics& camera, const std::vector<cv::Point2d>& pixels,
                 const std::vector<Eigen::Vector3d>& points)
 {
@@ -55,9 +55,10 @@ estimatePnPPose(const CameraIntrinsics& camera, const std::vector<cv::Point2d>& 
   }
   cv::solvePnPRefineLM(agreeing_objects, agreeing_pixels, matrix, cv::noArray(), rotation,
                        translation);
-  VisualPose result;
-  result.world_from_source = toPose(rotation, translation);
-  result.inliers = inliers.size();
+  RigidAlignment result;
+  result.success = true;
+  result.target_from_source = toPose(rotation, translation);
+  result.inliers.assign(inliers.begin(), inliers.end());
   return result;
 }
 

@@ -12,10 +12,10 @@
 
 namespace bundle_icp {
 
-/** The pose from which `pixels` show `points` [m, world frame], two lists of equal length: RANSAC
- *  over minimal samples with a fixed seed, refined over the inliers. Only the reprojection error
- *  counts, so the distances of VisualPose stay unset. Unset when too few points agree. */
-std::optional<VisualPose>
+/** The pose world_from_source from which `pixels` show `points` [m, world frame], lists of equal
+ *  length: RANSAC over minimal samples with a fixed seed, refined over the inliers. Only the
+ *  reprojection error counts, so rmse and scale stay unset. Unset when too few points agree. */
+std::optional<RigidAlignment>
 estimatePnPPose(const CameraIntrinsics& camera, const std::vector<cv::Point2d>& pixels,
                 const std::vector<Eigen::Vector3d>& points);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
-#include <bundle_icp/registration/point_alignment.h>
+#include <bundle_icp/registration/impl/point_alignment.h>
 
 #include "registration/alignment_terms.h"
 
@@ -47,13 +47,13 @@ public:
 
   bool
   prepare();
-  Alignment
+  BundleICPResult
   invalid();
   void
   approach();
   bool
   refine();
-  Alignment
+  BundleICPResult
   finish(bool done);
 
 private:
@@ -84,7 +84,7 @@ private:
   const AlignmentProblem& problem_;
   AlignmentTerms terms_;
   Pose pose_, initial_pose_;
-  Alignment out_;
+  BundleICPResult out_;
 };
 
 /** \return false when there is nothing to align. */
@@ -92,16 +92,16 @@ bool
 Aligner::prepare()
 {
   const bool usable = terms_.prepare(pose_);
-  out_.result.projective = terms_.projective();
-  out_.result.visual_initial_pose = hasVisualEvidence();
+  out_.projective = terms_.projective();
+  out_.visual_initial_pose = hasVisualEvidence();
   return usable;
 }
 
-Alignment
+BundleICPResult
 Aligner::invalid()
 {
   PCL_ERROR("[bundle_icp::BundleICP::align] The source has no finite point\n");
-  out_.result.status = BundleICPStatus::INVALID_INPUT;
+  out_.status = BundleICPStatus::INVALID_INPUT;
   out_.world_from_source = pose_;
   return out_;
 }
@@ -122,7 +122,7 @@ Aligner::iterate(const Evaluation& at)
 {
   out_.last_step = about(terms_.center(), at.step.delta);
   pose_ = closestPose((out_.last_step * pose_).matrix());
-  ++out_.result.iterations;
+  ++out_.iterations;
   if (problem_.on_iteration)
     notify();
 }
@@ -146,8 +146,8 @@ Aligner::overlapOnLevel(std::size_t level)
 {
   terms_.useLevel(level, 0);
   terms_.evaluate(pose_);
-  return static_cast<double>(accumulate(terms_.matches(), 1, problem_.num_threads).inliers) /
-         static_cast<double>(std::max<std::size_t>(1, terms_.source().size()));
+  return double(accumulate(terms_.matches(), 1, problem_.num_threads).inliers) /
+         double(std::max<std::size_t>(1, terms_.source().size()));
 }
 
 /** The coarse levels: brings the pose near enough for the last one. */
@@ -187,12 +187,12 @@ Aligner::runLevel(std::size_t level, float misalignment)
 {
   const bool last = level + 1 == terms_.numLevels();
   terms_.useLevel(level, misalignment);
-  const int budget = last ? problem_.max_iterations
-                          : std::min(static_cast<int>(ALL_COARSE_BUDGET * problem_.max_iterations),
-                                     out_.result.iterations +
-                                         static_cast<int>(COARSE_BUDGET * problem_.max_iterations));
+  const int budget = last
+                         ? problem_.max_iterations
+                         : std::min(int(ALL_COARSE_BUDGET * problem_.max_iterations),
+                                    out_.iterations + int(COARSE_BUDGET * problem_.max_iterations));
   double last_mean = -1;
-  while (out_.result.iterations < budget) {
+  while (out_.iterations < budget) {
     const Evaluation at = terms_.evaluate(pose_);
     if (at.dense.matched < 6)
       return false;
@@ -217,27 +217,26 @@ Aligner::breaksVisualEvidence() const
   const VisualSystem before = terms_.visualTerms(initial_pose_);
   const VisualSystem after = terms_.visualTerms(pose_);
   return after.cost > 1.3 * before.cost + 20 ||
-         static_cast<double>(after.inliers) < 0.7 * static_cast<double>(before.inliers);
+         double(after.inliers) < 0.7 * double(before.inliers);
 }
 
 void
 Aligner::report(const Evaluation& at)
 {
-  BundleICPResult& result = out_.result;
+  BundleICPResult& result = out_;
   result.renderings = terms_.renderings();
   const Meeting meeting = terms_.meeting(pose_, std::min(at.scale, LARGEST_SCALE));
-  result.inliers = static_cast<std::size_t>(meeting.near);
-  result.overlap = meeting.near / static_cast<double>(terms_.source().size());
+  result.inliers = std::size_t(meeting.near);
+  result.overlap = meeting.near / double(terms_.source().size());
   result.agreement = meeting.near / std::max(1.0, meeting.near + meeting.against);
   if (hasConverged(result.status) &&
       (result.overlap < MIN_OVERLAP || result.agreement < MIN_AGREEMENT))
     result.status = BundleICPStatus::NO_OVERLAP;
-  result.rmse = std::sqrt(at.dense.squared_inliers /
-                          std::max<double>(1, static_cast<double>(result.inliers)));
+  result.rmse = std::sqrt(at.dense.squared_inliers / std::max<double>(1, double(result.inliers)));
   const VisualSystem visual = terms_.visualTerms(pose_);
   result.visual_inliers = visual.inliers;
   result.visual_rmse =
-      std::sqrt(visual.squared_inliers / std::max<double>(1, static_cast<double>(visual.inliers)));
+      std::sqrt(visual.squared_inliers / std::max<double>(1, double(visual.inliers)));
   reportInformation(at);
 }
 
@@ -245,7 +244,7 @@ Aligner::report(const Evaluation& at)
 void
 Aligner::reportInformation(const Evaluation& at)
 {
-  BundleICPResult& result = out_.result;
+  BundleICPResult& result = out_;
   Matrix6d to_center = Matrix6d::Identity(), to_origin = to_center;
   to_center.bottomLeftCorner<3, 3>() = -crossMatrix(terms_.center());
   to_origin.bottomLeftCorner<3, 3>() = crossMatrix(terms_.center());
@@ -272,10 +271,10 @@ Aligner::refine()
 }
 
 /** The verdict, and the pose that it leaves. */
-Alignment
+BundleICPResult
 Aligner::finish(bool done)
 {
-  BundleICPStatus& status = out_.result.status;
+  BundleICPStatus& status = out_.status;
   Evaluation at = terms_.evaluate(pose_);
   status = done ? BundleICPStatus::CONVERGED : BundleICPStatus::MAX_ITERATIONS;
   if (at.dense.matched < 6)
@@ -293,7 +292,7 @@ Aligner::finish(bool done)
 
 } // namespace
 
-Alignment
+BundleICPResult
 alignPoints(const AlignmentProblem& problem, const Pose& start)
 {
   Aligner aligner(problem, start);

@@ -11,7 +11,7 @@ namespace bundle_icp {
 
 Matrix6d
 withSharedError(const Matrix6d& independent, const DepthView& view, const DepthNoise& noise,
-                double shared_sigmas, int num_images)
+                double shared_sigmas, int num_frames)
 {
   const cv::Mat measured = view.depth == view.depth; // NaN differs from itself
   const double z = std::max(cv::mean(view.depth, measured)[0], 0.1);
@@ -19,7 +19,7 @@ withSharedError(const Matrix6d& independent, const DepthView& view, const DepthN
   Vector6d precision; // of n C
   precision << Eigen::Vector3d::Constant(1 / (shared.tilt * shared.tilt)),
       Eigen::Vector3d::Constant(1 / (shared.shift * shared.shift));
-  precision /= num_images;
+  precision /= num_frames;
   Matrix6d sum = independent;
   sum.diagonal() += precision;
   const Matrix6d result = independent - independent * sum.ldlt().solve(independent);

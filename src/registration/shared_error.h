@@ -7,7 +7,7 @@
 
 namespace bundle_icp {
 
-/** Standard deviations of the error that the pixels of an image share, by their mean depth [m]. */
+/** Standard deviations of the error that the pixels of a frame share, by their mean depth [m]. */
 struct SharedError {
   double shift; ///< [m]
   double tilt;  ///< [rad]
@@ -18,11 +18,11 @@ struct SharedError {
   }
 };
 
-/** Information on a pose from the depth of `num_images` images, given the information H that it
- *  held if errors of pixels were independent, and C, the covariance of the error that an image's
+/** Information on a pose from the depth of `num_frames` frames, given the information H that it
+ *  held if errors of pixels were independent, and C, the covariance of the error that a frame's
  *  pixels share: (H^-1 + n C)^-1, written so that H may be singular. */
 Matrix6d
 withSharedError(const Matrix6d& independent, const DepthView& view, const DepthNoise& noise,
-                double shared_sigmas, int num_images);
+                double shared_sigmas, int num_frames);
 
 } // namespace bundle_icp

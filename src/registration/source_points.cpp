@@ -36,18 +36,18 @@ everyOf(const std::vector<int>& indices, std::size_t begin, std::size_t end,
         const PointsView& source, int stride)
 {
   const bool is_grid = source.height > 1;
-  const auto squared = static_cast<std::size_t>(stride * stride);
+  const auto squared = std::size_t(stride * stride);
   // Of a grid, divisions would take longer than everything else here.
-  std::vector<std::uint8_t> takes_column(is_grid ? static_cast<std::size_t>(source.width) : 0);
+  std::vector<std::uint8_t> takes_column(is_grid ? std::size_t(source.width) : 0);
   for (std::size_t column = 0; column < takes_column.size(); ++column)
-    takes_column[column] = static_cast<int>(column) % stride == stride / 2;
+    takes_column[column] = int(column) % stride == stride / 2;
   int first_of_row = -source.width;
   bool takes_row = false;
   std::vector<int> chosen;
   chosen.reserve((end - begin) / squared + takes_column.size() + 1);
   for (std::size_t k = begin; k < end; ++k) {
     const int i = indices[k];
-    if (i < 0 || static_cast<std::size_t>(i) >= source.size)
+    if (i < 0 || std::size_t(i) >= source.size)
       continue;
     if (is_grid && (i < first_of_row || i >= first_of_row + source.width)) {
       const int row = i / source.width;
@@ -55,7 +55,7 @@ everyOf(const std::vector<int>& indices, std::size_t begin, std::size_t end,
       takes_row = row % stride == stride / 2;
     }
     if ((is_grid ? takes_row && takes_column[i - first_of_row] : k % squared == 0) &&
-        isUsable(source, static_cast<std::size_t>(i)))
+        isUsable(source, std::size_t(i)))
       chosen.push_back(i);
   }
   return chosen;
@@ -83,7 +83,7 @@ selectSource(const AlignmentProblem& problem, int stride)
       list->resize(points.size());
 #pragma omp parallel for num_threads(threads) schedule(static)
   for (std::size_t k = 0; k < points.size(); ++k) {
-    const std::size_t offset = static_cast<std::size_t>(points.index[k]) * source.stride;
+    const std::size_t offset = std::size_t(points.index[k]) * source.stride;
     const float* p = source.xyz + offset;
     points.x[k] = p[0];
     points.y[k] = p[1];
@@ -103,11 +103,10 @@ selectSource(const AlignmentProblem& problem, int stride)
 std::vector<SourcePoints>
 selectLevels(const AlignmentProblem& problem, bool projective)
 {
-  const double points = static_cast<double>(problem.source_indices->size());
-  const int last =
-      std::max(1, static_cast<int>(std::lround(std::sqrt(points / POINTS_OF_LAST_LEVEL))));
+  const double points = double(problem.source_indices->size());
+  const int last = std::max(1, int(std::lround(std::sqrt(points / POINTS_OF_LAST_LEVEL))));
   const double focal = problem.camera ? problem.camera->fx : CORRELATED_FOCAL;
-  const int sparsest = std::max(1, static_cast<int>(std::sqrt(points / MIN_POINTS_OF_LEVEL)));
+  const int sparsest = std::max(1, int(std::sqrt(points / MIN_POINTS_OF_LEVEL)));
   std::vector<SourcePoints> levels;
   for (const int wanted : {4 * last, 2 * last, last}) {
     const int stride = std::min(wanted, sparsest);

@@ -32,13 +32,13 @@ gridOffset(const PointsView& target, const CameraIntrinsics& camera, const Pose&
     const Eigen::Vector3d p = virtual_from_world * pointAt(target, i);
     if (!p.allFinite())
       continue;
-    const Eigen::Vector2d place(static_cast<double>(i % static_cast<std::size_t>(target.width)),
-                                static_cast<double>(i / static_cast<std::size_t>(target.width)));
+    const Eigen::Vector2d place(double(i % std::size_t(target.width)),
+                                double(i / std::size_t(target.width)));
     offsets.push_back(p.z() > 0 ? (camera.project(p) - place).norm() : 1e9);
   }
   if (offsets.empty())
     return 0;
-  const auto middle = offsets.begin() + static_cast<std::ptrdiff_t>(offsets.size() / 2);
+  const auto middle = offsets.begin() + std::ptrdiff_t(offsets.size() / 2);
   std::nth_element(offsets.begin(), middle, offsets.end());
   return *middle;
 }
@@ -51,7 +51,7 @@ computeNormals(const AlignmentProblem& problem, TargetGrid& grid)
   cv::Mat depth(points.height, points.width, CV_32F);
   const Pose virtual_from_world = grid.world_from_virtual.inverse();
   for (std::size_t i = 0; i < points.size; ++i)
-    depth.ptr<float>()[i] = static_cast<float>((virtual_from_world * pointAt(points, i)).z());
+    depth.ptr<float>()[i] = float((virtual_from_world * pointAt(points, i)).z());
   VirtualDepthOptions options;
   options.num_threads = problem.num_threads;
   const DepthView view = makeDepthView(depth, grid.camera, 1, options);

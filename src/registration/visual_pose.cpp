@@ -4,26 +4,10 @@
 
 #include <pcl/exceptions.h>
 
-#include <algorithm>
 #include <cmath>
-#include <utility>
+#include <string>
 
 namespace bundle_icp {
-namespace {
-
-/** Robust standard deviation, in units of the expected one, of 3-vectors with these
- * squared normalised lengths; at least 1. The median of chi-squared with 3 degrees
- * is 2.366. */
-double
-observedScale(std::vector<double> squared)
-{
-  const auto middle = squared.begin() + static_cast<std::ptrdiff_t>(squared.size() / 2);
-  std::nth_element(squared.begin(), middle, squared.end());
-  return std::max(1.0, std::sqrt(*middle / 2.366));
-}
-
-} // namespace
-
 bool
 VisualPoseOptions::isValid(std::string* error) const
 {
@@ -56,7 +40,7 @@ isValid(const VisualCorrespondences& c, std::string* error)
   return true;
 }
 
-std::optional<VisualPose>
+std::optional<RigidAlignment>
 estimateVisualPose(const VisualCorrespondences& correspondences, const VisualPoseOptions& options)
 {
   std::string error;
@@ -68,20 +52,10 @@ estimateVisualPose(const VisualCorrespondences& correspondences, const VisualPos
   for (std::size_t i = 0; i < correspondences.source.size(); ++i)
     pairs.push_back(
         {correspondences.source[i], correspondences.target[i], correspondences.weights[i]});
-  const RigidAlignment found = robustRigidAlignment(pairs, options.alignment);
+  RigidAlignment found = robustRigidAlignment(pairs, options.alignment);
   if (!found.success || found.inliers.size() < options.min_inliers)
     return std::nullopt;
-  double sum = 0;
-  std::vector<double> squared_sigmas;
-  for (const std::size_t i : found.inliers) {
-    const double squared =
-        (found.target_from_source * pairs[i].source - pairs[i].target).squaredNorm();
-    sum += squared;
-    squared_sigmas.push_back(pairs[i].weight * squared);
-  }
-  return VisualPose{found.target_from_source, found.inliers.size(),
-                    std::sqrt(sum / static_cast<double>(found.inliers.size())),
-                    observedScale(std::move(squared_sigmas))};
+  return found;
 }
 
 } // namespace bundle_icp

@@ -10,9 +10,9 @@
 
 namespace bundle_icp {
 
-/** Appearance of the images, from the image graph and the model's tracks: gains that give the same
- *  points the same colour, and weights by sharpness relative to images of the same points. One
- *  entry for each image of the graph. */
+/** Appearance of the frames, from the image graph and the model's tracks: gains that give the same
+ *  points the same colour, and weights by sharpness relative to frames of the same points. One
+ *  entry for each frame of the graph. */
 std::vector<ColorCorrection>
 colorCorrections(const ImageGraph& graph, const SparseModel& model);
 

@@ -15,7 +15,7 @@
 namespace bundle_icp {
 namespace {
 
-/** FNV-1a over positions and descriptors: images get an order that follows from their
+/** FNV-1a over positions and descriptors: frames get an order that follows from their
  *  content, so that a shuffled recording takes the very same path. */
 std::uint64_t
 contentHash(const Features& features)
@@ -98,11 +98,11 @@ PreparedScan::Impl::extractAll(const ProgressCallback& progress)
   const bool completed =
       parallelFor(dataset_.size(), options_.num_threads, report, [this](std::size_t i) {
         try {
-          const RGBDFrame image = dataset_.read(i);
-          nodes_[i] = {extractFeatures(image, dataset_.camera(), options_.features),
+          const RGBDFrame rgbd = dataset_.read(i);
+          nodes_[i] = {extractFeatures(rgbd, dataset_.camera(), options_.features),
                        frames_[i].timestamp};
           frames_[i].features = nodes_[i].features.size();
-          depth_views_.set(i, image.depth);
+          depth_views_.set(i, rgbd.depth);
         }
         catch (const pcl::IOException& error) {
           frames_[i].reason = error.what();
@@ -120,30 +120,30 @@ PreparedScan::Impl::buildGraph(const ProgressCallback& progress)
     if (frames_[i].reason.empty())
       order.emplace_back(contentHash(nodes_[i].features), i);
   std::sort(order.begin(), order.end());
-  std::vector<ImageNode> images;
-  image_of_frame_.resize(frames_.size());
+  std::vector<ImageNode> nodes;
+  node_of_frame_.resize(frames_.size());
   for (const auto& [content, frame] : order) {
-    image_of_frame_[frame] = images.size();
-    frame_of_image_.push_back(frame);
-    images.push_back(std::move(nodes_[frame]));
+    node_of_frame_[frame] = nodes.size();
+    frame_of_node_.push_back(frame);
+    nodes.push_back(std::move(nodes_[frame]));
   }
   graph_ = std::make_shared<ImageGraph>(dataset_.camera(), options_.graph);
-  return graph_->append(std::move(images), dataset_.isOrdered(), progress);
+  return graph_->append(std::move(nodes), dataset_.isOrdered(), progress);
 }
 
 const Features&
 PreparedScan::Impl::features(std::size_t frame) const
 {
   const bool in_graph = graph_ && frames_[frame].reason.empty();
-  return in_graph ? graph_->features(image_of_frame_[frame]) : nodes_[frame].features;
+  return in_graph ? graph_->features(node_of_frame_[frame]) : nodes_[frame].features;
 }
 
 void
-PreparedScan::Impl::releaseDescriptors(bool keep_key_images)
+PreparedScan::Impl::releaseDescriptors(bool keep_key_frames)
 {
   nodes_.clear();
   if (graph_)
-    graph_->releaseDescriptors(keep_key_images);
+    graph_->releaseDescriptors(keep_key_frames);
   returnMemory();
 }
 

@@ -50,11 +50,11 @@ public:
     return graph_;
   }
 
-  /** After needGraph(): index of the frame of each image. */
+  /** After needGraph(): index of the frame of each node of the graph. */
   const std::vector<std::size_t>&
-  frameOfImage() const
+  frameOfNode() const
   {
-    return frame_of_image_;
+    return frame_of_node_;
   }
 
   DepthViewStore&
@@ -63,9 +63,9 @@ public:
     return depth_views_;
   }
 
-  /** Frees data that matched images no longer need. No other reconstruction may follow. */
+  /** Frees data that matched frames no longer need. No other reconstruction may follow. */
   void
-  releaseDescriptors(bool keep_key_images = false);
+  releaseDescriptors(bool keep_key_frames = false);
 
   /** Frees data that is not needed once there are poses. No other reconstruction may follow. */
   void
@@ -89,7 +89,7 @@ private:
   const ReconstructionOptions options_;
   std::vector<FrameReport> frames_;
   std::vector<ImageNode> nodes_; ///< of each frame, until the graph takes them
-  std::vector<std::size_t> frame_of_image_, image_of_frame_;
+  std::vector<std::size_t> frame_of_node_, node_of_frame_;
   std::shared_ptr<ImageGraph> graph_;
   DepthViewStore depth_views_;
   Stage features_stage_, graph_stage_;

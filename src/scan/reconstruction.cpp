@@ -61,15 +61,15 @@ private:
   bool
   trackFrames();
   bool
-  trackFrame(FrameToModelTracker& tracker, std::size_t index, const RGBDFrame& image);
+  trackFrame(FrameToModelTracker& tracker, std::size_t index, const RGBDFrame& rgbd);
   bool
-  mapImages();
+  mapFrames();
   bool
   makeSurface();
   void
   chooseWorld();
   void
-  reportFrames(const std::vector<ImageRegistration>& registrations);
+  reportFrames(const std::vector<FrameRegistration>& registrations);
   template <class Stage>
   bool
   timed(const char* name, const Stage& stage);
@@ -127,7 +127,7 @@ Reconstruction::estimatePoses()
 {
   if (isTracking(options_.method))
     return timed("tracking", [this] { return trackFrames(); });
-  return timed("registration", [this] { return mapImages(); });
+  return timed("registration", [this] { return mapFrames(); });
 }
 
 /** Tracks frame after frame in the given order. */
@@ -146,10 +146,10 @@ Reconstruction::trackFrames()
   std::size_t tracked = 0;
   const bool completed =
       readInOrder(scan_.dataset(), all, options_.num_threads,
-                  [&](std::size_t index, const RGBDFrame& image, const std::string& error) {
+                  [&](std::size_t index, const RGBDFrame& rgbd, const std::string& error) {
                     result_.frames[index].reason = error;
                     if (error.empty())
-                      tracked += trackFrame(tracker, index, image);
+                      tracked += trackFrame(tracker, index, rgbd);
                     return !progress_ || progress_({"tracking", index + 1, all.size()});
                   });
   if (tracked > 1)
@@ -162,36 +162,31 @@ Reconstruction::trackFrames()
 }
 
 bool
-Reconstruction::trackFrame(FrameToModelTracker& tracker, std::size_t index, const RGBDFrame& image)
+Reconstruction::trackFrame(FrameToModelTracker& tracker, std::size_t index, const RGBDFrame& rgbd)
 {
   FrameReport& frame = result_.frames[index];
   const bool is_visual = options_.method == ReconstructionMethod::VISUAL_ICP;
-  const TrackedFrame tracked = tracker.track(image, is_visual ? scan_.features(index) : Features());
-  frame.registered = tracked.is_tracked;
-  frame.component = tracked.is_tracked ? 0 : -1;
-  frame.reason = tracked.reason;
+  FrameRegistration& registration = frame;
+  registration = tracker.track(rgbd, is_visual ? scan_.features(index) : Features());
+  frame.component = frame.registered ? 0 : -1;
   frame.features = is_visual ? frame.features : 0;
-  frame.matches = tracked.matches;
-  frame.inliers = tracked.inliers;
-  frame.icp_rmse = tracked.icp_rmse;
-  frame.by_geometry = tracked.matches == 0;
-  if (tracked.is_tracked)
-    frame.world_from_camera = frame.world_from_depth = tracked.world_from_camera;
-  return tracked.is_tracked;
+  frame.by_geometry = frame.matches == 0;
+  frame.world_from_depth = frame.world_from_camera;
+  return frame.registered;
 }
 
 bool
-Reconstruction::mapImages()
+Reconstruction::mapFrames()
 {
   if (is_last_)
     scan_.releaseDescriptors(true);
   result_.graph = scan_.graph();
-  result_.frame_of_image = scan_.frameOfImage();
-  const auto depth_of_image = [this](std::size_t image, const SparseModel& model) {
-    return scan_.depthViews().get(result_.frame_of_image[image], model.calibration(),
-                                  model.depthError(image));
+  result_.frame_of_node = scan_.frameOfNode();
+  const auto depth_of_node = [this](std::size_t node, const SparseModel& model) {
+    return scan_.depthViews().get(result_.frame_of_node[node], model.calibration(),
+                                  model.depthError(node));
   };
-  IncrementalMapper mapper(*result_.graph, depth_of_image,
+  IncrementalMapper mapper(*result_.graph, depth_of_node,
                            mapperOptions(options_, scan_.dataset().isOrdered()));
   const bool completed = mapper.run(result_.model, progress_);
   if (is_last_)
@@ -209,12 +204,12 @@ Reconstruction::chooseWorld()
   SparseModel& model = result_.model;
   const ImageGraph& graph = *result_.graph;
   for (int component = 0;; ++component) {
-    const std::vector<std::size_t> images = model.registeredImages(component);
-    if (images.empty())
+    const std::vector<std::size_t> nodes = model.registeredFrames(component);
+    if (nodes.empty())
       break;
-    result_.component_sizes.push_back(images.size());
+    result_.component_sizes.push_back(nodes.size());
     const std::size_t first =
-        *std::min_element(images.begin(), images.end(), [&graph](std::size_t a, std::size_t b) {
+        *std::min_element(nodes.begin(), nodes.end(), [&graph](std::size_t a, std::size_t b) {
           return graph.timestamp(a) < graph.timestamp(b);
         });
     model.transform(component, model.worldFromCamera(first).inverse());
@@ -223,26 +218,21 @@ Reconstruction::chooseWorld()
 }
 
 void
-Reconstruction::reportFrames(const std::vector<ImageRegistration>& registrations)
+Reconstruction::reportFrames(const std::vector<FrameRegistration>& registrations)
 {
-  for (std::size_t image = 0; image < registrations.size(); ++image) {
-    FrameReport& frame = result_.frames[result_.frame_of_image[image]];
-    const ImageRegistration& registration = registrations[image];
-    frame.registered = result_.model.isRegistered(image);
-    frame.component = result_.model.component(image);
-    frame.reason = frame.registered ? "" : registration.reason;
-    if (!frame.registered && frame.reason.empty())
-      frame.reason = "no registered frame shares enough matches with it";
-    frame.matches = registration.matches;
-    frame.inliers = registration.inliers;
-    frame.icp_rmse = registration.icp_rmse;
-    frame.by_geometry = registration.by_geometry;
-    frame.position_deviation = registration.position_deviation;
-    frame.rotation_deviation = registration.rotation_deviation;
+  for (std::size_t node = 0; node < registrations.size(); ++node) {
+    FrameReport& frame = result_.frames[result_.frame_of_node[node]];
+    static_cast<FrameRegistration&>(frame) = registrations[node];
+    frame.registered = result_.model.isRegistered(node);
+    frame.component = result_.model.component(node);
     if (frame.registered)
-      frame.world_from_camera = result_.model.worldFromCamera(image);
-    frame.world_from_depth = result_.model.worldFromDepth(image);
-    frame.depth_error = result_.model.depthError(image);
+      frame.reason.clear();
+    else if (frame.reason.empty())
+      frame.reason = "no registered frame shares enough matches with it";
+    frame.world_from_camera =
+        frame.registered ? result_.model.worldFromCamera(node) : Pose::Identity();
+    frame.world_from_depth = result_.model.worldFromDepth(node);
+    frame.depth_error = result_.model.depthError(node);
   }
 }
 

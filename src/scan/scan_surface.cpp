@@ -16,7 +16,7 @@ namespace {
 std::vector<std::size_t>
 framesToFuse(const ReconstructionResult& result)
 {
-  std::vector<std::size_t> fused = result.frame_of_image;
+  std::vector<std::size_t> fused = result.frame_of_node;
   if (!result.graph) {
     fused.resize(result.frames.size());
     std::iota(fused.begin(), fused.end(), 0);
@@ -29,9 +29,9 @@ framesToFuse(const ReconstructionResult& result)
 
 RGBDFrame
 corrected(const RGBDDataset& dataset, const ReconstructionResult& result, std::size_t index,
-          const RGBDFrame& image)
+          const RGBDFrame& rgbd)
 {
-  return correctedFrame(image, dataset.camera(), result.model.calibration(),
+  return correctedFrame(rgbd, dataset.camera(), result.model.calibration(),
                         result.frames[index].depth_error);
 }
 
@@ -52,16 +52,16 @@ findObject(const RGBDDataset& dataset, const ReconstructionOptions& options,
   std::size_t done = 0;
   const bool completed = readInOrder(
       dataset, some, options.num_threads,
-      [&](std::size_t index, const RGBDFrame& image, const std::string& error) {
+      [&](std::size_t index, const RGBDFrame& rgbd, const std::string& error) {
         if (error.empty()) { // one that cannot be read is named when it is to be fused
           constexpr int step = 6;
-          clouds.push_back(samplePoints(image, camera, step));
+          clouds.push_back(samplePoints(rgbd, camera, step));
           poses.push_back(result.frames[index].world_from_depth);
         }
         return !progress || progress({"object", ++done, some.size()});
       },
-      [&](std::size_t index, const RGBDFrame& image) {
-        return corrected(dataset, result, index, image);
+      [&](std::size_t index, const RGBDFrame& rgbd) {
+        return corrected(dataset, result, index, rgbd);
       });
   if (!completed)
     return false;
@@ -84,21 +84,21 @@ fuseSurface(const RGBDDataset& dataset, const ReconstructionOptions& options,
   TSDFVolume volume(volume_options);
   std::vector<ColorCorrection> corrections(result.frames.size());
   if (result.graph) {
-    const auto of_image = colorCorrections(*result.graph, result.model);
-    for (std::size_t image = 0; image < of_image.size(); ++image)
-      corrections[result.frame_of_image[image]] = of_image[image];
+    const auto of_node = colorCorrections(*result.graph, result.model);
+    for (std::size_t node = 0; node < of_node.size(); ++node)
+      corrections[result.frame_of_node[node]] = of_node[node];
   }
   std::size_t done = 0;
-  const auto fuse = [&](std::size_t index, const RGBDFrame& image, const std::string& error) {
+  const auto fuse = [&](std::size_t index, const RGBDFrame& rgbd, const std::string& error) {
     FrameReport& frame = result.frames[index];
     // One that could be read before keeps its pose; the surface does without it.
     frame.reason = error;
     if (error.empty())
-      volume.integrate(image, camera, frame.world_from_depth, corrections[index]);
+      volume.integrate(rgbd, camera, frame.world_from_depth, corrections[index]);
     return !progress || progress({"surface", ++done, fused.size()});
   };
-  const auto correct = [&](std::size_t index, const RGBDFrame& image) {
-    return corrected(dataset, result, index, image);
+  const auto correct = [&](std::size_t index, const RGBDFrame& rgbd) {
+    return corrected(dataset, result, index, rgbd);
   };
   if (!readInOrder(dataset, fused, options.num_threads, fuse, correct))
     return false;

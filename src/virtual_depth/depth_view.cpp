@@ -59,12 +59,12 @@ void
 radiusTable(const CameraIntrinsics& camera, std::vector<float>& table)
 {
   for (std::size_t i = 0; i < table.size(); ++i) {
-    const double z = 0.05 * (static_cast<double>(i) + 0.5);
+    const double z = 0.05 * (double(i) + 0.5);
     const double needed = camera.depth_noise.sigma(z) * camera.fx / (z * NORMAL_SIGMA);
     int r = 2;
     while (r < MAX_RADIUS && (2 * r + 1) * std::sqrt(r * (r + 1) / 3.0) < needed)
       ++r;
-    table[i] = static_cast<float>(r);
+    table[i] = float(r);
   }
 }
 
@@ -72,13 +72,13 @@ BUNDLE_ICP_INLINE void
 prepareRow(const float* z, int width, const std::vector<float>& radii, float* inverse,
            float* radius)
 {
-  const int last = static_cast<int>(radii.size()) - 1;
+  const int last = int(radii.size()) - 1;
   const float* table = radii.data();
 #pragma omp simd
   for (int u = 0; u < width; ++u) {
     const float depth = z[u] > 0 ? z[u] : 0.0f, reciprocal = 1 / depth;
     inverse[u] = depth > 0 ? reciprocal : 0.0f;
-    const int bin = static_cast<int>(20 * (depth < 100 ? depth : 100.0f));
+    const int bin = int(20 * (depth < 100 ? depth : 100.0f));
     radius[u] = table[bin < last ? bin : last];
   }
 }
@@ -130,7 +130,7 @@ fitAlongRow(const float* w, const float* link, const float* radius, int width, f
     const float* r = radius + start;
     const float* l = link + start;
     for (int d = 1; d <= MAX_RADIUS; ++d) {
-      const float distance = static_cast<float>(d);
+      const float distance = float(d);
 #pragma omp simd
       for (int i = 0; i < n; ++i) {
         const float inside = r[i] >= distance ? 1.0f : 0.0f;
@@ -177,9 +177,9 @@ fitDownColumns(Planes& planes, int row, int start, int n, PlaneBlock& block)
     confidence_sum[i] = confidence[i];
   }
   for (int d = 1; d <= MAX_RADIUS; ++d) {
-    const float distance = static_cast<float>(d);
-    const std::ptrdiff_t shift = static_cast<std::ptrdiff_t>(step) * d;
-    const std::ptrdiff_t link_shift = static_cast<std::ptrdiff_t>(step) * (d - 1);
+    const float distance = float(d);
+    const std::ptrdiff_t shift = std::ptrdiff_t(step) * d;
+    const std::ptrdiff_t link_shift = std::ptrdiff_t(step) * (d - 1);
 #pragma omp simd
     for (int i = 0; i < n; ++i) {
       const float inside = radius[i] >= distance ? 1.0f : 0.0f;
@@ -212,11 +212,11 @@ BUNDLE_ICP_INLINE void
 normalsOfBlock(const PlaneBlock& block, const CameraIntrinsics& camera, int row, int start, int n,
                float* normals, float* cosine)
 {
-  const float fx = static_cast<float>(camera.fx), fy = static_cast<float>(camera.fy);
-  const float y = static_cast<float>((row - camera.cy) / camera.fy);
+  const float fx = float(camera.fx), fy = float(camera.fy);
+  const float y = float((row - camera.cy) / camera.fy);
 #pragma omp simd
   for (int i = 0; i < n; ++i) {
-    const float x = (static_cast<float>(start + i) - static_cast<float>(camera.cx)) / fx;
+    const float x = (float(start + i) - float(camera.cx)) / fx;
     const float a = block.slope_x[i] * fx, b = block.slope_y[i] * fy;
     const float c = block.value[i] - a * x - b * y;
     const float norm = std::sqrt(a * a + b * b + c * c);
@@ -263,9 +263,8 @@ BUNDLE_ICP_INLINE void
 weightsOfRow(const float* z, const float* cosine, const float* distance, int width,
              const VirtualDepthOptions& options, DepthSigma depth_sigma, float* weight)
 {
-  const float steepest = static_cast<float>(std::cos(options.max_view_angle * M_PI / 180));
-  const float ramp =
-      options.edge_distance > 0 ? static_cast<float>(1 / options.edge_distance) : 1e9f;
+  const float steepest = float(std::cos(options.max_view_angle * M_PI / 180));
+  const float ramp = options.edge_distance > 0 ? float(1 / options.edge_distance) : 1e9f;
 #pragma omp simd
   for (int u = 0; u < width; ++u) {
     const float sigma = depth_sigma(z[u]);
@@ -309,7 +308,7 @@ fillNormalsAndWeights(DepthView& view, const VirtualDepthOptions& options)
   view.weight.create(size, CV_32F);
 #pragma omp parallel for num_threads(threads) schedule(static)
   for (int v = 0; v < size.height; ++v) {
-    std::vector<float> cosine(static_cast<std::size_t>(size.width));
+    std::vector<float> cosine(std::size_t(size.width));
     for (int start = 0; start < size.width; start += 64) {
       const int n = std::min(64, size.width - start);
       PlaneBlock block;

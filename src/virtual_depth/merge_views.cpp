@@ -42,7 +42,7 @@ struct RowSums {
 void
 fetchRow(const Contribution& from, int row, int width, RowSamples& out)
 {
-  const WarpedPixel* pixels = from.warped.data() + static_cast<std::ptrdiff_t>(row) * width;
+  const WarpedPixel* pixels = from.warped.data() + std::ptrdiff_t(row) * width;
   const cv::Vec3f* normals = from.view->normals.ptr<cv::Vec3f>();
   const float* weights = from.view->weight.ptr<float>();
   // All views together are more streams than the processor looks ahead of, hence the hints
@@ -69,15 +69,15 @@ sampleRow(const Contribution& from, const CameraIntrinsics& camera, int row, Row
   const float r00 = R(0, 0), r01 = R(0, 1), r02 = R(0, 2), r10 = R(1, 0), r11 = R(1, 1),
               r12 = R(1, 2), r20 = R(2, 0), r21 = R(2, 1), r22 = R(2, 2);
   const float ox = from.center.x(), oy = from.center.y(), oz = from.center.z();
-  const float y = static_cast<float>((row - camera.cy) / camera.fy);
-  const float cx = static_cast<float>(camera.cx), scale = static_cast<float>(1 / camera.fx);
+  const float y = float((row - camera.cy) / camera.fy);
+  const float cx = float(camera.cx), scale = float(1 / camera.fx);
 #pragma omp simd
   for (int u = 0; u < camera.width; ++u) {
     // Loaded whether needed or not: a loop without branches is one for vector
     // instructions.
     const float inverse_z = out.inverse[u], full_weight = out.weight[u];
     const float a = out.nx[u], b = out.ny[u], c = out.nz[u];
-    const float x = (static_cast<float>(u) - cx) * scale;
+    const float x = (float(u) - cx) * scale;
     const float divisor = inverse_z > 0 ? inverse_z : 1.0f;
     const float z = 1 / divisor;
     const float n0 = r00 * a + r01 * b + r02 * c;
@@ -153,7 +153,7 @@ writeRow(const std::vector<RowSamples>& samples, const RowSums& sums, int row, D
   cv::Vec3f* normals = out.normals.ptr<cv::Vec3f>(row);
   constexpr float NOT_SEEN = std::numeric_limits<float>::quiet_NaN();
   for (int u = 0; u < out.camera.width; ++u) {
-    const ViewTerm merged = mergeColumn(samples, sums, static_cast<std::size_t>(u), reach);
+    const ViewTerm merged = mergeColumn(samples, sums, std::size_t(u), reach);
     const bool seen = merged.w > 0;
     const float x = merged.normal.x(), y = merged.normal.y(), z = merged.normal.z();
     const float norm = seen ? 1 / std::sqrt(x * x + y * y + z * z) : NOT_SEEN;
@@ -168,7 +168,7 @@ writeRow(const std::vector<RowSamples>& samples, const RowSums& sums, int row, D
 ViewTerm
 viewTerm(const Contribution& from, const CameraIntrinsics& camera, int u, int v)
 {
-  const WarpedPixel& pixel = from.warped[static_cast<std::size_t>(v * camera.width + u)];
+  const WarpedPixel& pixel = from.warped[std::size_t(v * camera.width + u)];
   if (!(pixel.inverse_depth > 0))
     return {};
   const Eigen::Vector3f ray = camera.unproject(u, v, 1).cast<float>();
@@ -213,12 +213,12 @@ mergeViews(const std::vector<Contribution>& contributions, const VirtualDepthOpt
            VirtualDepth& out)
 {
   const int width = out.camera.width;
+  const std::size_t columns = std::size_t(width);
   const DepthSigma reach(out.camera.depth_noise, options.merge_sigmas * std::sqrt(2.0));
 #pragma omp parallel num_threads(resolveThreads(options.num_threads))
   {
-    std::vector<RowSamples> samples(contributions.size(),
-                                    RowSamples(static_cast<std::size_t>(width)));
-    RowSums sums(static_cast<std::size_t>(width));
+    std::vector<RowSamples> samples(contributions.size(), RowSamples(columns));
+    RowSums sums(columns);
 #pragma omp for schedule(static)
     for (int row = 0; row < out.camera.height; ++row) {
       for (std::size_t i = 0; i < contributions.size(); ++i) {

@@ -51,7 +51,7 @@ averageOfSurface(float* depths, std::size_t count, std::size_t block_size, const
     sum += same * depths[i];
     linked_count += same;
   }
-  return 2 * linked_count >= static_cast<float>(block_size) ? sum / linked_count : NOT_MEASURED;
+  return 2 * linked_count >= float(block_size) ? sum / linked_count : NOT_MEASURED;
 }
 
 /** The same for blocks of four depths in any order, without branches. */
@@ -90,8 +90,7 @@ reduceRowByTwo(const float* upper, const float* lower, int width, DepthEdges lin
 void
 reduceRow(const cv::Mat& depth, int row, int factor, const DepthEdges& linked, cv::Mat& reduced)
 {
-  const std::size_t block_size =
-      static_cast<std::size_t>(factor) * static_cast<std::size_t>(factor);
+  const std::size_t block_size = std::size_t(factor) * std::size_t(factor);
   std::vector<float> depths(block_size);
   for (int u = 0; u < reduced.cols; ++u) {
     std::size_t count = 0;

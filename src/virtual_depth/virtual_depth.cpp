@@ -68,8 +68,7 @@ organizedCloud(const cv::Mat& depth, const cv::Mat& normals, const CameraIntrins
         (target_from_camera.linear() * camera.unproject(0, v, 1)).cast<float>();
     const float* const z = depth.ptr<float>(v);
     const cv::Vec3f* const n = normals.ptr<cv::Vec3f>(v);
-    pcl::PointXYZRGBNormal* const row =
-        &(*cloud)[static_cast<std::size_t>(v) * static_cast<std::size_t>(depth.cols)];
+    pcl::PointXYZRGBNormal* const row = &(*cloud)[std::size_t(v) * std::size_t(depth.cols)];
     for (int u = 0; u < depth.cols; ++u) {
       pcl::PointXYZRGBNormal& point = row[u];
       if (z[u] > 0) {

@@ -16,8 +16,7 @@ namespace bundle_icp {
 class WarpTarget {
 public:
   WarpTarget(const CameraIntrinsics& camera, const VirtualDepthOptions& options)
-  : width(camera.width), height(camera.height),
-    pixels(static_cast<std::size_t>(width) * static_cast<std::size_t>(height)),
+  : width(camera.width), height(camera.height), pixels(std::size_t(width) * std::size_t(height)),
     averaged_(pixels.size()), reach_(camera.depth_noise, options.merge_sigmas)
   {
   }
@@ -28,7 +27,7 @@ public:
   void
   add(int index, float inverse_z, int source)
   {
-    const std::size_t at = static_cast<std::size_t>(index);
+    const std::size_t at = std::size_t(index);
     WarpedPixel& pixel = pixels[at];
     if (pixel.inverse_depth == 0) {
       pixel = {inverse_z, source};
@@ -41,7 +40,7 @@ public:
     if (std::abs(inverse_z - held) <= tolerance) {
       std::uint8_t& averaged = averaged_[at];
       averaged += averaged < MAX_AVERAGED;
-      pixel.inverse_depth += (inverse_z - held) / static_cast<float>(averaged + 1);
+      pixel.inverse_depth += (inverse_z - held) / float(averaged + 1);
     }
     else if (inverse_z > held) {
       pixel = {inverse_z, source};

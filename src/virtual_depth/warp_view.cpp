@@ -54,10 +54,10 @@ struct Warp {
     const Eigen::Matrix3d m = k_to * to_from.linear() * k_from.inverse();
     const Eigen::Vector3d t = k_to * to_from.translation();
     for (int i = 0; i < 3; ++i) {
-      x[i] = static_cast<float>(m(i, 0));
-      y[i] = static_cast<float>(m(i, 1));
-      origin[i] = static_cast<float>(m(i, 2));
-      translation[i] = static_cast<float>(t[i]);
+      x[i] = float(m(i, 0));
+      y[i] = float(m(i, 1));
+      origin[i] = float(m(i, 2));
+      translation[i] = float(t[i]);
     }
   }
 };
@@ -67,10 +67,10 @@ warpRow(const float* z, const float* weight, int width, int row, const Warp& war
 {
   float start[3];
   for (int i = 0; i < 3; ++i)
-    start[i] = warp.origin[i] + static_cast<float>(row) * warp.y[i];
+    start[i] = warp.origin[i] + float(row) * warp.y[i];
 #pragma omp simd
   for (int c = 0; c < width; ++c) {
-    const float column = static_cast<float>(c);
+    const float column = float(c);
     const float measured = z[c];
     const bool usable = weight[c] > 0;
     const float depth = usable ? measured : 1.0f;
@@ -150,7 +150,7 @@ locate(Vertex o, Vertex a, Vertex b, Vertex c, bool quad, int u, int v)
   const float ax = a.u - o.u, ay = a.v - o.v, bx = b.u - o.u, by = b.v - o.v;
   const float gx = quad ? c.u - a.u - bx : 0, gy = quad ? c.v - a.v - by : 0;
   const float determinant = ax * by - ay * bx, scale = 1 / determinant;
-  const float x = static_cast<float>(u) - o.u, y = static_cast<float>(v) - o.v;
+  const float x = float(u) - o.u, y = float(v) - o.v;
   float s = (x * by - y * bx) * scale, t = (ax * y - ay * x) * scale;
   const float xk = x - s * t * gx, yk = y - s * t * gy;
   s = (xk * by - yk * bx) * scale;
@@ -172,22 +172,22 @@ BUNDLE_ICP_INLINE int
 firstPixel(float low, float size)
 {
   const float start = smaller(larger(low, 0.0f), size);
-  const int before = static_cast<int>(start); // std::ceil() is not for vector instructions
-  return before + (static_cast<float>(before) < start);
+  const int before = int(start); // std::ceil() is not for vector instructions
+  return before + (float(before) < start);
 }
 
 /** Last pixel at or before a coordinate, -1 = none. */
 BUNDLE_ICP_INLINE int
 lastPixel(float high, float size)
 {
-  return static_cast<int>(larger(smaller(high + 1, size), 0.0f)) - 1;
+  return int(larger(smaller(high + 1, size), 0.0f)) - 1;
 }
 
 BUNDLE_ICP_INLINE void
 boundQuads(const VertexRow& top, const VertexRow& bottom, int quads, const WarpTarget& target,
            RowCells& cells)
 {
-  const float width = static_cast<float>(target.width), height = static_cast<float>(target.height);
+  const float width = float(target.width), height = float(target.height);
   const float *tu = top.u.data(), *tv = top.v.data();
   const float *bu = bottom.u.data(), *bv = bottom.v.data();
 #pragma omp simd
@@ -252,7 +252,7 @@ void
 renderOther(const VertexRow& top, const VertexRow& bottom, int row, int width, int c,
             const RowCells& cells, WarpTarget& target)
 {
-  const std::size_t i = static_cast<std::size_t>(c);
+  const std::size_t i = std::size_t(c);
   const Box box{cells.u0[i], cells.u1[i], cells.v0[i], cells.v1[i]};
   const bool t = top.link_right[i] > 0, b = bottom.link_right[i] > 0;
   const bool l = top.link_down[i] > 0, r = top.link_down[i + 1] > 0;
@@ -279,7 +279,7 @@ renderBetween(const VertexRow& top, const VertexRow& bottom, int row, int width,
 {
   std::size_t hits = 0, others = 0;
   for (int c = 0; c + 1 < width; ++c) {
-    const std::size_t i = static_cast<std::size_t>(c);
+    const std::size_t i = std::size_t(c);
     const bool single = cells.single[i] != 0;
     const bool empty = (int(cells.u0[i] > cells.u1[i]) | int(cells.v0[i] > cells.v1[i])) != 0;
     cells.hits[hits] = cells.others[others] = c;
@@ -288,9 +288,8 @@ renderBetween(const VertexRow& top, const VertexRow& bottom, int row, int width,
   }
   for (std::size_t k = 0; k < hits; ++k) {
     const std::size_t ahead = std::min(k + PREFETCHED, hits - 1);
-    __builtin_prefetch(&target.pixels[static_cast<std::size_t>(
-        cells.index[static_cast<std::size_t>(cells.hits[ahead])])]);
-    const std::size_t i = static_cast<std::size_t>(cells.hits[k]);
+    __builtin_prefetch(&target.pixels[std::size_t(cells.index[std::size_t(cells.hits[ahead])])]);
+    const std::size_t i = std::size_t(cells.hits[k]);
     target.add(cells.index[i], cells.inverse_z[i], cells.source[i]);
   }
   for (std::size_t k = 0; k < others; ++k)
@@ -304,11 +303,12 @@ warpView(const DepthView& view, const CameraIntrinsics& camera, const Pose& virt
          const VirtualDepthOptions& options)
 {
   const int width = view.depth.cols, height = view.depth.rows;
+  const std::size_t columns = std::size_t(width);
   const Warp warp(view.camera, camera, virtual_from_view);
   const DepthEdges linked(view.camera);
   WarpTarget target(camera, options);
-  VertexRow top(static_cast<std::size_t>(width)), bottom(static_cast<std::size_t>(width));
-  RowCells cells(static_cast<std::size_t>(width));
+  VertexRow top(columns), bottom(columns);
+  RowCells cells(columns);
   for (int v = 0; v < height; ++v) {
     const float* z = view.depth.ptr<float>(v);
     simd::call<warpRow>(z, view.weight.ptr<float>(v), width, v, warp, bottom);

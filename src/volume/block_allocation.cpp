@@ -137,7 +137,7 @@ sampleStep(const DepthSamples& samples, int u0, int v0, double block_size)
   if (farthest <= 0)
     return 0;
   const double focal = std::min(samples.camera.fx, samples.camera.fy);
-  return std::clamp(static_cast<int>(block_size * focal / farthest / 2), 1, 8);
+  return std::clamp(int(block_size * focal / farthest / 2), 1, 8);
 }
 
 /** Calls visit(u, v) for enough pixels of a cell that their bands contain the bands of all its
@@ -186,7 +186,7 @@ patchBlocks(const DepthSamples& samples, int u0, int v0, const Pose& blocks_from
     walkSegment(origin + (z - options.truncation) * ray, origin + (z + options.truncation) * ray,
                 limits, keys);
   };
-  const auto truncation = static_cast<float>(options.truncation);
+  const auto truncation = float(options.truncation);
   for (int v = v0; v < std::min(v0 + PATCH, camera.height); v += step)
     for (int u = u0; u < std::min(u0 + PATCH, camera.width); u += step)
       visitLayers(samples, u, v, step, truncation, walkBand);

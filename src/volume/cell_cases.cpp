@@ -34,7 +34,7 @@ readStates(const VoxelBlockMap& blocks, const BlockNeighbors& neighbors, int min
           const VoxelBlock& block = blocks[number];
           const int voxel = voxelIndex(x & 7, y & 7, z & 7);
           if (block.weight[voxel] >= min_weight_code)
-            state = static_cast<float>(block.distance[voxel]) < level ? INSIDE : OUTSIDE;
+            state = float(block.distance[voxel]) < level ? INSIDE : OUTSIDE;
         }
         states[paddedIndex(x, y, z)] = state;
       }
@@ -51,7 +51,7 @@ cellCase(const std::uint8_t* states, int x, int y, int z)
       return 0;
     inside |= (state == INSIDE ? 1 : 0) << corner;
   }
-  return static_cast<std::uint8_t>(inside == 255 ? 0 : inside);
+  return std::uint8_t(inside == 255 ? 0 : inside);
 }
 
 std::uint32_t
@@ -139,8 +139,8 @@ BlockSurface::countVertices()
   num_vertices = 0;
   for (int axis = 0; axis < 3; ++axis)
     for (int z = 0; z < BLOCK_EDGE; ++z) {
-      counts_[axis][z] = static_cast<std::uint16_t>(num_vertices);
-      num_vertices += static_cast<std::uint32_t>(__builtin_popcountll(edges_[axis][z]));
+      counts_[axis][z] = std::uint16_t(num_vertices);
+      num_vertices += std::uint32_t(__builtin_popcountll(edges_[axis][z]));
     }
 }
 
@@ -160,7 +160,7 @@ neighborsOf(const VoxelBlockMap& blocks, std::size_t index, int first, int last)
 BlockSurfaces
 findSurfaces(const VoxelBlockMap& blocks, int min_weight_code, float level, int num_threads)
 {
-  const auto size = static_cast<std::int64_t>(blocks.size());
+  const auto size = std::int64_t(blocks.size());
   BlockSurfaces surfaces(blocks.size()), edges(blocks.size());
 #pragma omp parallel for schedule(dynamic, 64) num_threads(num_threads)
   for (std::int64_t i = 0; i < size; ++i)

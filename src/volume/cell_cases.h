@@ -73,7 +73,7 @@ public:
     const std::uint64_t before =
         edges_[edge.axis][edge.voxel[2]] & ((std::uint64_t(1) << bit(edge)) - 1);
     return first_vertex + counts_[edge.axis][edge.voxel[2]] +
-           static_cast<std::uint32_t>(__builtin_popcountll(before));
+           std::uint32_t(__builtin_popcountll(before));
   }
 
 private:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
-#include <bundle_icp/volume/color_gains.h>
+#include "volume/color_gains.h"
 
 #include <Eigen/SparseCholesky>
 #include <pcl/exceptions.h>

@@ -58,7 +58,7 @@ viewingCosine(const RowInput& in, const float* const rows[], Floats z, Floats li
   const float* const row = rows[SLOPE_RADIUS] + at;
   const Floats zu = slope(load<Floats>(row - SLOPE_RADIUS), load<Floats>(row + SLOPE_RADIUS));
   const Floats zv = slope(load<Floats>(rows[0] + at), load<Floats>(rows[2 * SLOPE_RADIUS] + at));
-  const Floats du = LANE_NUMBER + (static_cast<float>(u) - in.cx);
+  const Floats du = LANE_NUMBER + (float(u) - in.cx);
   const Floats nx = in.fx * zu, ny = in.fy * zv, nz = z + du * zu + in.v_minus_cy * zv;
   const Floats x = du * (1 / in.fx);
   const Floats ray = x * x + (in.y * in.y + 1), normal = nx * nx + ny * ny + nz * nz + 1e-12f;
@@ -154,14 +154,14 @@ rowInput(const DepthSamples& samples, int v, const float* zeros, double unit_sig
         outside ? zeros : &samples.depth[std::size_t(neighbor) * camera.width];
   }
   in.width = camera.width;
-  in.fx = static_cast<float>(camera.fx);
-  in.fy = static_cast<float>(camera.fy);
-  in.cx = static_cast<float>(camera.cx);
-  in.v_minus_cy = static_cast<float>(v - camera.cy);
+  in.fx = float(camera.fx);
+  in.fy = float(camera.fy);
+  in.cx = float(camera.cx);
+  in.v_minus_cy = float(v - camera.cy);
   in.y = in.v_minus_cy / in.fy;
   in.sigma = DepthSigma(camera.depth_noise);
   in.edges = DepthEdges(camera);
-  in.unit_variance = static_cast<float>(unit_sigma * unit_sigma);
+  in.unit_variance = float(unit_sigma * unit_sigma);
   return in;
 }
 
@@ -199,8 +199,8 @@ DepthSamples::DepthSamples(const RGBDFrame& frame, const CameraIntrinsics& frame
   {
 #pragma omp for
     for (int v = 0; v < height; ++v) {
-      copyDepthRow(frame.depth.ptr<float>(v), static_cast<float>(options.min_depth),
-                   static_cast<float>(options.max_depth), width, &depth[std::size_t(v) * width]);
+      copyDepthRow(frame.depth.ptr<float>(v), float(options.min_depth), float(options.max_depth),
+                   width, &depth[std::size_t(v) * width]);
       if (!color.empty())
         copyColorRow(frame.color.ptr(v), width, &color[std::size_t(v) * width]);
     }

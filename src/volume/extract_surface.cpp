@@ -63,7 +63,7 @@ public:
       const float rise =
           (after.isKnown() ? after.distance : here) - (before.isKnown() ? before.distance : here);
       const int run = (after.isKnown() ? 1 : 0) + (before.isKnown() ? 1 : 0);
-      slope[axis] = run > 0 ? rise / static_cast<float>(run) : 0.0f;
+      slope[axis] = run > 0 ? rise / float(run) : 0.0f;
     }
     return slope;
   }
@@ -83,8 +83,7 @@ blendColors(std::uint32_t first, std::uint32_t second, float t)
   else if (first || second)
     color = decodeColor(first ? first : second);
   const Eigen::Vector3f rounded = color.array() + 0.5f;
-  return {static_cast<std::uint8_t>(rounded.x()), static_cast<std::uint8_t>(rounded.y()),
-          static_cast<std::uint8_t>(rounded.z())};
+  return {std::uint8_t(rounded.x()), std::uint8_t(rounded.y()), std::uint8_t(rounded.z())};
 }
 
 /** Share of the variance of depth that smoothDepth() leaves. Of N averaged pixels fewer than N are
@@ -165,7 +164,7 @@ private:
   deviation(float weight, float slope) const
   {
     const double rise = slope * metres_ / volume_.options.voxel_size; // m per m
-    return static_cast<float>(sigma_ / std::sqrt(weight) / rise);
+    return float(sigma_ / std::sqrt(weight) / rise);
   }
 
   const TSDFVolume::Impl& volume_;
@@ -206,7 +205,7 @@ weightCode(double min_weight)
   int low = 1, high = 65535;
   while (low < high) {
     const int middle = (low + high) / 2;
-    if (decodeWeight(static_cast<std::uint16_t>(middle)) < min_weight)
+    if (decodeWeight(std::uint16_t(middle)) < min_weight)
       low = middle + 1;
     else
       high = middle;
@@ -228,7 +227,7 @@ marchingCubes(const TSDFVolume::Impl& volume, const MeshOptions& options)
 {
   const VoxelBlockMap& blocks = volume.blocks;
   const int num_threads = resolveThreads(options.num_threads);
-  const float level = static_cast<float>(options.iso_level) * DISTANCE_SCALE;
+  const float level = float(options.iso_level) * DISTANCE_SCALE;
   const BlockSurfaces surfaces =
       findSurfaces(blocks, weightCode(options.min_weight), level, num_threads);
 

@@ -19,11 +19,11 @@ makeFusionView(const DepthSamples& samples, const Eigen::Matrix3d& image_from_wo
   view.height = samples.camera.height;
   for (int axis = 0; axis < 3; ++axis)
     for (int i = 0; i < 3; ++i)
-      view.step[axis][i] = static_cast<float>(image_from_world(i, axis) * options.voxel_size);
-  view.voxel_size = static_cast<float>(options.voxel_size);
-  view.truncation = static_cast<float>(options.truncation);
+      view.step[axis][i] = float(image_from_world(i, axis) * options.voxel_size);
+  view.voxel_size = float(options.voxel_size);
+  view.truncation = float(options.truncation);
   view.inverse_truncation = 1 / view.truncation;
-  view.min_depth = static_cast<float>(options.min_depth);
+  view.min_depth = float(options.min_depth);
   view.sigma = DepthSigma(samples.camera.depth_noise);
   view.edges = DepthEdges(samples.camera);
   return view;

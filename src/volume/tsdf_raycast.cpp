@@ -89,7 +89,7 @@ std::optional<float>
 RayCaster::march(const Ray& ray, const RayRanges::Range& range, VoxelSampler& sampler) const
 {
   const float one_voxel = 1 / ray.direction.norm();
-  const auto truncation = static_cast<float>(volume_.options.truncation);
+  const auto truncation = float(volume_.options.truncation);
   std::optional<float> front; // depth of the last sample, where that was in front
   for (float depth = range.near; depth <= range.far;) {
     const Eigen::Vector3f position = ray.at(depth);
@@ -168,9 +168,9 @@ RayCaster::castPixel(int x, int y, VoxelSampler& sampler, Point& point) const
   point.getVector3fMap() = position * volume_.voxelSize();
   point.getNormalVector3fMap() = normal;
   const Eigen::Vector3f color = decodeColor(sampler.color(position));
-  point.r = static_cast<std::uint8_t>(color.x());
-  point.g = static_cast<std::uint8_t>(color.y());
-  point.b = static_cast<std::uint8_t>(color.z());
+  point.r = std::uint8_t(color.x());
+  point.g = std::uint8_t(color.y());
+  point.b = std::uint8_t(color.z());
 }
 
 } // namespace
@@ -186,8 +186,8 @@ raycast(const TSDFVolume& volume, const CameraIntrinsics& camera, const Pose& wo
     throw pcl::BadArgumentException("raycast: the camera has distortion");
   if (!isRigid(world_from_camera.matrix()))
     throw pcl::BadArgumentException("raycast: world_from_camera is not a rigid motion");
-  const auto width = static_cast<std::uint32_t>(camera.width);
-  const auto height = static_cast<std::uint32_t>(camera.height);
+  const auto width = std::uint32_t(camera.width);
+  const auto height = std::uint32_t(camera.height);
   auto cloud = std::make_shared<pcl::PointCloud<Point>>(width, height);
   cloud->is_dense = false;
   const RayCaster caster(volume.impl(), camera, world_from_camera);

@@ -79,7 +79,7 @@ roundingSeed(const Eigen::Vector3i& block, std::uint32_t frame)
 {
   const std::uint64_t mixed =
       (VoxelBlockMap::key(block) + frame * 0x9e3779b97f4a7c15u) * 0xbf58476d1ce4e5b9u;
-  return static_cast<std::uint32_t>(mixed >> 32);
+  return std::uint32_t(mixed >> 32);
 }
 
 /** The voxels of a volume that lie in its region. */
@@ -110,10 +110,10 @@ public:
       return {};
     RegionClip clip;
     for (int i = 0; i < 3; ++i) {
-      clip.corner[i] = static_cast<float>(first[i]);
-      clip.half[i] = static_cast<float>(half_[i]);
+      clip.corner[i] = float(first[i]);
+      clip.half[i] = float(half_[i]);
       for (int axis = 0; axis < 3; ++axis)
-        clip.step[axis][i] = static_cast<float>(voxels_(i, axis));
+        clip.step[axis][i] = float(voxels_(i, axis));
     }
     return clip;
   }
@@ -252,7 +252,7 @@ TSDFVolume::distance(const Eigen::Vector3f& point) const
   const std::optional<float> distance = VoxelSampler(*impl_).distance(cell, within);
   if (!distance)
     return {};
-  return *distance * static_cast<float>(impl_->options.truncation);
+  return *distance * float(impl_->options.truncation);
 }
 
 } // namespace bundle_icp

@@ -17,7 +17,7 @@ struct TSDFVolume::Impl {
   float
   voxelSize() const
   {
-    return static_cast<float>(options.voxel_size);
+    return float(options.voxel_size);
   }
 };
 

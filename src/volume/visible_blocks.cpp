@@ -92,8 +92,7 @@ public:
       return 0;
     const Eigen::Array2i first = tileOf(seen.min()), last = tileOf(seen.max());
     const Eigen::Vector2f range = ranges_.over(first.x(), first.y(), last.x(), last.y());
-    const float reach =
-        range.y() + static_cast<float>(reachBehind(options_, camera_.depth_noise, range.y()));
+    const float reach = range.y() + float(reachBehind(options_, camera_.depth_noise, range.y()));
     const bool reaches =
         reach > nearest && (free_space_matters || range.x() - options_.truncation < farthest);
     return reaches ? reach : 0;
@@ -142,7 +141,7 @@ findVisibleBlocks(const VoxelBlockMap& blocks, const DepthSamples& samples,
   std::vector<VisibleBlock> visible;
   for (std::size_t i = 0; i < reach.size(); ++i)
     if (reach[i] > 0)
-      visible.push_back({static_cast<std::uint32_t>(i), reach[i]});
+      visible.push_back({std::uint32_t(i), reach[i]});
   return visible;
 }
 

@@ -7,7 +7,7 @@ namespace bundle_icp {
 void
 VoxelBlockMap::insert(std::uint64_t key)
 {
-  const auto index = static_cast<std::uint32_t>(keys_.size());
+  const auto index = std::uint32_t(keys_.size());
   if (!index_of_.emplace(key, index).second)
     return;
   if (index / chunk_blocks == chunks_.size())

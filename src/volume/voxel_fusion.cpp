@@ -47,8 +47,7 @@ project(const FusionView& view, const Positions& at, float margin, Floats& u, Fl
   u = at.x * inverse;
   v = at.y * inverse;
   return (at.z > view.min_depth) & (u >= margin) & (v >= margin) &
-         (u < static_cast<float>(view.width - 1) - margin) &
-         (v < static_cast<float>(view.height - 1) - margin);
+         (u < float(view.width - 1) - margin) & (v < float(view.height - 1) - margin);
 }
 
 // Whether the image shows all of a block: as it is convex, whether it shows its corners.
@@ -195,9 +194,8 @@ blendChannel(const Row& row, const Words corners[4], int from, float gain, Float
   };
   const Floats upper = get(corners[0]) + row.fu * (get(corners[1]) - get(corners[0]));
   const Floats lower = get(corners[2]) + row.fu * (get(corners[3]) - get(corners[2]));
-  const Floats color =
-      (upper + row.fv * (lower - upper)) * (gain * static_cast<float>(largest) / 255);
-  const Floats old_color = toFloats(old >> to & static_cast<std::uint32_t>(largest));
+  const Floats color = (upper + row.fv * (lower - upper)) * (gain * float(largest) / 255);
+  const Floats old_color = toFloats(old >> to & std::uint32_t(largest));
   const Floats dither = toFloats(row.dither >> to / 2 & 1023u) * (1.0f / 1024);
   const Floats mean = old_color + share * (color - old_color);
   const Ints value = truncated(smaller(mean + dither, Floats{} + (largest + 0.5f)));
@@ -231,8 +229,8 @@ updateColor(const FusionView& view, const Row& row, std::uint32_t* color)
   // Other bits of the hash than the distance's weight takes.
   const Words sum_bits = bitCast<Words>(sum) + (row.dither * 0x9e3779b1u >> 10);
   const Ints sum_code = bitCast<Ints>(sum_bits - weight_base) >> COLOR_WEIGHT_SHIFT;
-  const Words code = bitCast<Words>(
-      smaller(larger(sum_code, Ints{} + 1), Ints{} + static_cast<int>(LARGEST_COLOR_WEIGHT)));
+  const Words code =
+      bitCast<Words>(smaller(larger(sum_code, Ints{} + 1), Ints{} + int(LARGEST_COLOR_WEIGHT)));
 
   const Words blended = blendChannel(row, corners, 16, view.gain[2], share, old, RED_SHIFT, 511) |
                         blendChannel(row, corners, 8, view.gain[1], share, old, GREEN_SHIFT, 511) |
@@ -267,8 +265,7 @@ lookUpRows(const FusionView& view, const float corner[3], float farthest, const 
   const float reach = largestReach(view, farthest);
   int count = 0;
   for (int i = 0; i < BLOCK_SLAB; ++i) {
-    const float down = static_cast<float>(i % BLOCK_EDGE),
-                back = static_cast<float>(i / BLOCK_EDGE);
+    const float down = float(i % BLOCK_EDGE), back = float(i / BLOCK_EDGE);
     float first[3];
     for (int axis = 0; axis < 3; ++axis)
       first[axis] = corner[axis] + down * view.step[1][axis] + back * view.step[2][axis];
@@ -308,7 +305,7 @@ fuse(const FusionView& view, const float corner[3], float farthest, const Region
     Row& row = rows[i];
     weigh(view, row);
     const int voxel = row.number * BLOCK_EDGE;
-    behind |= updateDistance(seed + static_cast<std::uint32_t>(row.number) * 0x51ed270bu, row,
+    behind |= updateDistance(seed + std::uint32_t(row.number) * 0x51ed270bu, row,
                              block.distance + voxel, block.weight + voxel);
   }
 

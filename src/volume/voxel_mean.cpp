@@ -10,19 +10,19 @@ void
 fuseVoxel(const FusionView& view, const float at[3], VoxelMean& voxel)
 {
   const float mu = view.truncation, z = at[2], u = at[0] / z, v = at[1] / z;
-  if (!(z > view.min_depth && u >= 0 && v >= 0 && u < static_cast<float>(view.width - 1) &&
-        v < static_cast<float>(view.height - 1)))
+  if (!(z > view.min_depth && u >= 0 && v >= 0 && u < float(view.width - 1) &&
+        v < float(view.height - 1)))
     return;
-  const int nearest = static_cast<int>(v + 0.5f) * view.width + static_cast<int>(u + 0.5f);
+  const int nearest = int(v + 0.5f) * view.width + int(u + 0.5f);
   float D = view.depth[nearest];
   if (!(D > 0 && D - z > -mu))
     return;
   if (D - z < mu) {
-    const int u0 = static_cast<int>(u), v0 = static_cast<int>(v);
+    const int u0 = int(u), v0 = int(v);
     const float* const upper = view.depth + v0 * view.width + u0;
     const float* const lower = upper + view.width;
     const auto [low, high] = std::minmax({upper[0], upper[1], lower[0], lower[1]});
-    const float fu = u - static_cast<float>(u0), fv = v - static_cast<float>(v0);
+    const float fu = u - float(u0), fv = v - float(v0);
     if (low > 0 && high - low < view.edges.tolerance(high))
       D = (1 - fv) * ((1 - fu) * upper[0] + fu * upper[1]) +
           fv * ((1 - fu) * lower[0] + fu * lower[1]);

@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include <bundle_icp/adjustment/bundle_adjustment.h>
 
+#include "adjustment/held_back.h"
 #include "landmarks.h"
 #include "messages.h"
 
@@ -23,11 +24,11 @@ struct Scene {
   SparseModel model;
   BundleAdjustmentProblem problem;
 
-  explicit Scene(unsigned num_images = 6)
-  : views(landmarkViews(landmarks, num_images)), graph(toGraph(landmarks, views)), model(num_images)
+  explicit Scene(unsigned num_frames = 6)
+  : views(landmarkViews(landmarks, num_frames)), graph(toGraph(landmarks, views)), model(num_frames)
   {
     for (std::size_t i = 0; i < views.size(); ++i) {
-      model.registerImage(graph, i, views[i].world_from_camera, 0, {});
+      model.registerFrame(graph, i, views[i].world_from_camera, 0, {});
       problem.variable.push_back(i);
     }
   }
@@ -60,7 +61,7 @@ struct Scene {
     for (const ScenePoint& point : model.points())
       if (!point.track.empty()) {
         const Observation& o = point.track.front();
-        const int landmark = views[o.image].landmarks[o.feature];
+        const int landmark = views[o.frame].landmarks[o.feature];
         largest = std::max(largest, (landmarks.point(landmark) - point.position).norm());
       }
     return largest;
@@ -150,7 +151,7 @@ namespace {
 
 /** A scene whose pixels are off by half a pixel, some by more than can be true. */
 struct NoisyScene : Scene {
-  explicit NoisyScene(unsigned num_images) : Scene(num_images)
+  explicit NoisyScene(unsigned num_frames) : Scene(num_frames)
   {
     std::mt19937 random(3);
     std::normal_distribution<float> normal(0, 0.5f);
@@ -193,13 +194,13 @@ TEST(AdjustBundle, SolversReachTheSameCost)
                               scene.problem.variable = {1, 3, 4};
                             },
                             complicate};
-  for (const unsigned num_images : {6, 70}) // dense and sparse factorisations of Ceres
+  for (const unsigned num_frames : {6, 70}) // dense and sparse factorisations of Ceres
     for (const Change change : changes) {
-      if (num_images > 6 && change != changes[3])
+      if (num_frames > 6 && change != changes[3])
         continue;
       BundleAdjustmentResult results[2];
       for (int k = 0; k < 2; ++k) {
-        NoisyScene scene(num_images);
+        NoisyScene scene(num_frames);
         change(scene);
         BundleAdjustmentOptions options;
         options.solver = SOLVERS[k];
@@ -212,7 +213,7 @@ TEST(AdjustBundle, SolversReachTheSameCost)
       EXPECT_EQ(own.num_residuals, ceres.num_residuals);
       EXPECT_NEAR(own.initial_cost, ceres.initial_cost, 1e-9 * ceres.initial_cost);
       EXPECT_GT(own.initial_cost, 2 * own.final_cost);
-      EXPECT_NEAR(own.final_cost, ceres.final_cost, 1e-6 * ceres.final_cost) << num_images;
+      EXPECT_NEAR(own.final_cost, ceres.final_cost, 1e-6 * ceres.final_cost) << num_frames;
     }
 }
 
@@ -232,7 +233,7 @@ TEST(AdjustBundle, DoesNotDependOnThreads)
     for (const int num_threads : {2, 3}) {
       const SparseModel other = adjusted(solver, num_threads);
       EXPECT_EQ(one.calibration().values, other.calibration().values);
-      for (std::size_t i = 0; i < one.numImages(); ++i) {
+      for (std::size_t i = 0; i < one.numFrames(); ++i) {
         EXPECT_EQ(one.worldFromCamera(i).matrix(), other.worldFromCamera(i).matrix());
         EXPECT_EQ(one.depthError(i), other.depthError(i));
       }
@@ -258,7 +259,7 @@ TEST(AdjustBundle, RelativePosesAlonePullPoses)
   Scene scene;
   SparseModel model(6);
   for (std::size_t i = 0; i < 6; ++i)
-    model.registerImage(i, scene.views[i].world_from_camera, 0); // no tracks
+    model.registerFrame(i, scene.views[i].world_from_camera, 0); // no tracks
   model.setWorldFromCamera(1, randomMotion(1, 0.05, 0.1) * scene.views[1].world_from_camera);
   model.setWorldFromCamera(2, randomMotion(2, 0.05, 0.1) * scene.views[2].world_from_camera);
   BundleAdjustmentProblem problem;
@@ -272,7 +273,7 @@ TEST(AdjustBundle, RelativePosesAlonePullPoses)
     term.information = 1e4 * Matrix6d::Identity();
     problem.relative_poses.push_back(term);
   }
-  RelativePoseTerm ignored; // to an image that takes no part
+  RelativePoseTerm ignored; // to a frame that takes no part
   ignored.first = 0;
   ignored.second = 5;
   ignored.information = 1e9 * Matrix6d::Identity();
@@ -288,10 +289,10 @@ TEST(AdjustBundle, RelativePosesAlonePullPoses)
 TEST(AdjustBundle, RefusesImagesWithoutAPose)
 {
   Scene scene;
-  scene.model.registerImage(4, Pose::Identity(), -1);
+  scene.model.registerFrame(4, Pose::Identity(), -1);
   EXPECT_CONTAINS(messageOf<pcl::BadArgumentException>(
                       [&] { adjustBundle(scene.graph, scene.problem, {}, scene.model); }),
-                  "adjustBundle: image 4 is not registered");
+                  "adjustBundle: frame 4 is not registered");
   scene.problem.variable = {0, 1};
   scene.problem.constant = {4};
   EXPECT_CONTAINS(messageOf<pcl::BadArgumentException>(
@@ -323,8 +324,8 @@ TEST(CalibrationDeviations, AreFiniteBesideAnImageThatSeesNothing)
   views.back().features = noFeatures();
   const ImageGraph graph = toGraph(scene.landmarks, views);
   for (std::size_t i = 0; i < 6; ++i)
-    model.registerImage(graph, i, views[i].world_from_camera, 0, {});
-  model.registerImage(graph, 6, Pose::Identity(), 0, {});
+    model.registerFrame(graph, i, views[i].world_from_camera, 0, {});
+  model.registerFrame(graph, 6, Pose::Identity(), 0, {});
   with_blind.variable.push_back(6);
   const double without = calibrationDeviations(scene.graph, scene.problem, {}, scene.model)[0];
   EXPECT_GT(without, 0);
@@ -420,12 +421,12 @@ TEST(HeldBack, CostOfOneObservationByHand)
   Scene scene;
   scene.problem.hold_back = true;
   const std::vector<double> before = heldBackCost(scene.graph, scene.problem, {}, scene.model);
-  // Depth errors of three sigma in image 2 alone
+  // Depth errors of three sigma in frame 2 alone
   scene.model.setDepthError(2, {3, 0, 0});
   std::size_t held = 0;
   for (const ScenePoint& point : scene.model.points())
     for (std::size_t k = 0; k < point.track.size(); ++k)
-      held += point.track[k].image == 2 && isHeldBack(point, k);
+      held += point.track[k].frame == 2 && isHeldBack(point, k);
   ASSERT_GT(held, 5u);
   const std::vector<double> after = heldBackCost(scene.graph, scene.problem, {}, scene.model);
   const double robust = 4 * std::log1p(9.0 / 4); // Cauchy at a scale of 2
@@ -438,7 +439,7 @@ TEST(CalibrationDeviations, AreThePriorWhereNothingIsSeen)
   Scene scene;
   EXPECT_EQ(calibrationDeviations(scene.graph, scene.problem, {}, scene.model),
             CalibrationVector(CalibrationVector::Zero()));
-  // No image moves: nothing tells when its rows and its depth were taken.
+  // No frame moves: nothing tells when its rows and its depth were taken.
   using P = CalibrationParameter;
   scene.problem.calibrated = {P::TIME_OFFSET, P::READOUT, P::FOCAL_X};
   const CalibrationVector deviations =

@@ -20,12 +20,12 @@ struct Scene {
   {
     std::vector<PointObservation> result;
     for (std::size_t j = 0; j < view.landmarks.size(); ++j)
-      result.push_back({static_cast<int>(j), landmarks.point(view.landmarks[j])});
+      result.push_back({int(j), landmarks.point(view.landmarks[j])});
     return result;
   }
 
   Pose
-  adjust(const std::vector<PointObservation>& observations, const DensePose& dense,
+  adjust(const std::vector<PointObservation>& observations, const DensePoseTerm& dense,
          const Pose& guess, const BundleAdjustmentOptions& options = {}) const
   {
     return adjustPose(toGraph(landmarks, {view}), SparseModel(1), 0, observations, dense, options,
@@ -76,7 +76,7 @@ TEST(AdjustPose, OutliersHardlyMoveIt)
 TEST(AdjustPose, DenseTermHoldsItWhereNothingIsObserved)
 {
   const Scene scene;
-  DensePose dense;
+  DensePoseTerm dense;
   dense.world_from_camera = scene.view.world_from_camera;
   dense.information = 1e4 * Matrix6d::Identity();
   const Pose guess = dense.world_from_camera * randomMotion(1, 0.05, 0.05);
@@ -87,7 +87,7 @@ TEST(AdjustPose, StrongerEvidenceWins)
 {
   const Scene scene;
   const Pose& truth = scene.view.world_from_camera;
-  DensePose dense;
+  DensePoseTerm dense;
   dense.world_from_camera = randomMotion(9, 0.02, 0.02) * truth;
   dense.information = 1e-2 * Matrix6d::Identity();
   const Pose visual = scene.adjust(scene.observations(), dense, truth);
@@ -101,8 +101,8 @@ TEST(AdjustPose, WithoutAnyEvidenceThePoseIsKnownToBeUnknown)
 {
   const Scene scene;
   const Pose guess = randomMotion(2, 0.5, 0.5);
-  const ImagePose pose = adjustPose(toGraph(scene.landmarks, {scene.view}), SparseModel(1), 0, {},
-                                    {}, {}, false, {guess});
+  const PoseEstimate pose = adjustPose(toGraph(scene.landmarks, {scene.view}), SparseModel(1), 0,
+                                       {}, {}, {}, false, {guess});
   ASSERT_TRUE(pose.covariance.allFinite());
   EXPECT_GE(largestDeviation(pose.covariance.topLeftCorner<3, 3>()), 0.99);
   EXPECT_GE(largestDeviation(pose.covariance.bottomRightCorner<3, 3>()), 0.99);
@@ -136,7 +136,7 @@ TEST(AdjustPose, FindsTheErrorThatAllDepthShares)
     return adjustPose(graph, SparseModel(1), 0, scene.observations(), {}, options, depth_error,
                       {truth * randomMotion(1, 0.01, 0.01)});
   };
-  const ImagePose with = adjust(true), without = adjust(false);
+  const PoseEstimate with = adjust(true), without = adjust(false);
   EXPECT_LT((with.depth_error - error).norm(), 1e-3);
   EXPECT_LT(distance(with.world_from_camera, truth), 1e-5);
   EXPECT_EQ(without.depth_error, DepthError(DepthError::Zero()));
@@ -148,9 +148,9 @@ TEST(AdjustPose, FindsTheErrorThatAllDepthShares)
 TEST(AdjustPose, KeepsADepthErrorThatIsHeld)
 {
   const Scene scene;
-  const ImagePose start{scene.view.world_from_camera, DepthError(1, 2, 3)};
-  const ImagePose result = adjustPose(toGraph(scene.landmarks, {scene.view}), SparseModel(1), 0,
-                                      scene.observations(), {}, {}, false, start);
+  const PoseEstimate start{scene.view.world_from_camera, DepthError(1, 2, 3)};
+  const PoseEstimate result = adjustPose(toGraph(scene.landmarks, {scene.view}), SparseModel(1), 0,
+                                         scene.observations(), {}, {}, false, start);
   EXPECT_EQ(result.depth_error, start.depth_error);
 }
 
@@ -165,12 +165,12 @@ TEST(AdjustPose, SaysHowWellThePoseIsKnown)
                       {scene.view.world_from_camera});
   };
   const std::size_t all = scene.observations().size();
-  const ImagePose many = adjust(all), few = adjust(all / 4), one = adjust(1);
+  const PoseEstimate many = adjust(all), few = adjust(all / 4), one = adjust(1);
   // One point is known to 0.7 px: at 262 px and 2 m that is 5 mm.
-  const auto rotation = [](const ImagePose& pose) {
+  const auto rotation = [](const PoseEstimate& pose) {
     return largestDeviation(pose.covariance.topLeftCorner<3, 3>());
   };
-  const auto position = [](const ImagePose& pose) {
+  const auto position = [](const PoseEstimate& pose) {
     return largestDeviation(pose.covariance.bottomRightCorner<3, 3>());
   };
   EXPECT_GT(position(many), 5e-3 / std::sqrt(double(all)));

@@ -71,10 +71,10 @@ someCalibration()
   return c;
 }
 
-/** An image with one feature. */
+/** A frame with one feature. */
 struct Measured {
   CameraIntrinsics camera = smallCamera();
-  ImageMeasurement image{camera};
+  FrameMeasurement frame{camera};
   DepthNoise noise;
   Features features;
 
@@ -82,17 +82,17 @@ struct Measured {
            double depth_sigma = 1)
   {
     features.pixels.push_back(pixel.cast<float>());
-    features.pixel_sigmas.push_back(static_cast<float>(pixel_sigma));
-    features.depths.push_back(static_cast<float>(depth));
-    features.depth_sigmas.push_back(static_cast<float>(depth_sigma));
+    features.pixel_sigmas.push_back(float(pixel_sigma));
+    features.depths.push_back(float(depth));
+    features.depth_sigmas.push_back(float(depth_sigma));
   }
 
-  Measured(const Measured&) = delete; // `image` refers to the camera
+  Measured(const Measured&) = delete; // `frame` refers to the camera
 
   Measured&
   moving()
   {
-    image.motion << 0.5, -0.8, 0.6, 0.3, -0.4, 0.5;
+    frame.motion << 0.5, -0.8, 0.6, 0.3, -0.4, 0.5;
     features.depth_slopes.emplace_back(0.01f, -0.02f);
     return *this;
   }
@@ -100,13 +100,13 @@ struct Measured {
   PixelResidual
   pixelResidual() const
   {
-    return PixelResidual(image, features, 0);
+    return PixelResidual(frame, features, 0);
   }
 
   DepthResidual
   depthResidual() const
   {
-    return DepthResidual(image, noise, features, 0);
+    return DepthResidual(frame, noise, features, 0);
   }
 };
 
@@ -291,7 +291,7 @@ TEST(ObservationResiduals, RowsGiveTheGradientOfTheCost)
   for (const bool has_depth : {true, false}) {
     Measured measured({100, 15}, 0.7, has_depth ? 1.4 : 0, 0.01);
     measured.moving();
-    const ObservationResiduals residuals(measured.image, measured.features, 0, &measured.noise);
+    const ObservationResiduals residuals(measured.frame, measured.features, 0, &measured.noise);
     EXPECT_EQ(residuals.depth != nullptr, has_depth);
     const Blocks blocks{toBlock(PoseBlock(pose)), point, someCalibration(),
                         DepthError(1.5, -0.8, 2.1)};
@@ -307,10 +307,10 @@ TEST(ObservationResiduals, RowsGiveTheGradientOfTheCost)
         moved[b][k] += step;
       return residuals.cost(pointersTo(moved).data(), 2) / 2;
     };
-    const Eigen::VectorXd gradients[] = {rows.by_image.leftCols<6>().transpose() * rows.residual,
+    const Eigen::VectorXd gradients[] = {rows.by_frame.leftCols<6>().transpose() * rows.residual,
                                          rows.by_point.transpose() * rows.residual,
                                          rows.by_calibration.transpose() * rows.residual,
-                                         rows.by_image.rightCols<3>().transpose() * rows.residual};
+                                         rows.by_frame.rightCols<3>().transpose() * rows.residual};
     for (std::size_t b = 0; b < 4; ++b)
       for (Eigen::Index k = 0; k < gradients[b].size(); ++k) {
         const double numeric = (cost(b, k, 1e-6) - cost(b, k, -1e-6)) / 2e-6;

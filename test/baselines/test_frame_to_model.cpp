@@ -31,9 +31,9 @@ truth(std::size_t first, std::size_t index)
 }
 
 void
-expectAt(const TrackedFrame& frame, const Pose& expected)
+expectAt(const FrameRegistration& frame, const Pose& expected)
 {
-  ASSERT_TRUE(frame.is_tracked) << frame.reason;
+  ASSERT_TRUE(frame.registered) << frame.reason;
   const Pose error = expected.inverse() * frame.world_from_camera;
   EXPECT_LT(error.translation().norm(), 0.005); // half a voxel of the model
   EXPECT_LT(degrees(rotationAngle(error)), 0.2);
@@ -46,7 +46,7 @@ TEST(FrameToModelTracker, FollowsASlowScan)
   FrameToModelTracker tracker(room().camera());
   for (std::size_t i = 0; i < 12; ++i) {
     SCOPED_TRACE(i);
-    const TrackedFrame frame = tracker.track(frameOfRoom(i));
+    const FrameRegistration frame = tracker.track(frameOfRoom(i));
     expectAt(frame, truth(0, i));
     EXPECT_EQ(frame.matches, 0u);
     EXPECT_GT(frame.overlap, 0.7);
@@ -61,13 +61,13 @@ TEST(FrameToModelTracker, FeaturesBridgeALargeMotion)
   FrameToModelTracker by_depth(room().camera()), visual(room().camera());
   by_depth.track(frameOfRoom(0));
   visual.track(frameOfRoom(0), extractFeatures(frameOfRoom(0), room().camera()));
-  const TrackedFrame found =
+  const FrameRegistration found =
       visual.track(frameOfRoom(last), extractFeatures(frameOfRoom(last), room().camera()));
   expectAt(found, truth(0, last));
   EXPECT_GE(found.matches, found.inliers);
   EXPECT_GE(found.inliers, 15u);
-  const TrackedFrame alone = by_depth.track(frameOfRoom(last));
-  EXPECT_FALSE(alone.is_tracked &&
+  const FrameRegistration alone = by_depth.track(frameOfRoom(last));
+  EXPECT_FALSE(alone.registered &&
                (alone.world_from_camera.inverse() * truth(0, last)).translation().norm() < 0.05);
 }
 
@@ -84,8 +84,8 @@ TEST(FrameToModelTracker, ALostFrameSaysWhyAndTheNextIsTracked)
 
   RGBDFrame elsewhere = frameOfRoom(3);
   cv::flip(elsewhere.depth, elsewhere.depth, -1); // by half a turn
-  const TrackedFrame lost = tracker.track(elsewhere);
-  EXPECT_FALSE(lost.is_tracked);
+  const FrameRegistration lost = tracker.track(elsewhere);
+  EXPECT_FALSE(lost.registered);
   EXPECT_CONTAINS(lost.reason, "% of the depth lies on the model");
   EXPECT_EQ(tracker.volume().numBlocks(), blocks); // nothing false was fused
   expectAt(tracker.track(frameOfRoom(4)), truth(0, 4));

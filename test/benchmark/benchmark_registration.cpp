@@ -21,7 +21,7 @@ VirtualDepthOptions
 optionsFor(const benchmark::State& state)
 {
   VirtualDepthOptions options;
-  options.num_threads = static_cast<int>(state.range(0));
+  options.num_threads = int(state.range(0));
   return options;
 }
 
@@ -31,15 +31,14 @@ prepareDepthView(benchmark::State& state)
   const cv::Mat depth = scan().read(0).depth;
   const VirtualDepthOptions options = optionsFor(state);
   for (auto _ : state)
-    benchmark::DoNotOptimize(
-        makeDepthView(depth, scan().camera(), static_cast<int>(state.range(1)), options));
+    benchmark::DoNotOptimize(makeDepthView(depth, scan().camera(), int(state.range(1)), options));
 }
 
 void
 renderEightViews(benchmark::State& state)
 {
   const VirtualDepthOptions options = optionsFor(state);
-  const int reduction = static_cast<int>(state.range(1));
+  const int reduction = int(state.range(1));
   std::vector<DepthView> views;
   for (std::size_t i = 0; i < 8; ++i)
     views.push_back(makeDepthView(scan().read(3 * i).depth, scan().camera(), reduction));
@@ -64,7 +63,7 @@ alignFromFiveDegrees(benchmark::State& state)
   const Pose guess =
       scan().worldFromCamera(3).inverse() * scan().worldFromCamera(5) * increment(offset);
   BundleICP<Point, Point> reg;
-  reg.setNumberOfThreads(static_cast<int>(state.range(0)));
+  reg.setNumberOfThreads(int(state.range(0)));
   reg.setCameraIntrinsics(scan().camera());
   reg.setInputSource(source);
   reg.setInputTarget(target);

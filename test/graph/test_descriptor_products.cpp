@@ -24,7 +24,7 @@ randomDescriptors(int count, unsigned seed)
   cv::Mat descriptors(count, PackedDescriptors::LENGTH, CV_8UC1);
   for (int i = 0; i < count; ++i)
     for (int k = 0; k < descriptors.cols; ++k)
-      descriptors.at<std::uint8_t>(i, k) = static_cast<std::uint8_t>(random() % 128);
+      descriptors.at<std::uint8_t>(i, k) = std::uint8_t(random() % 128);
   return descriptors;
 }
 
@@ -44,8 +44,8 @@ expectNaiveResult(const cv::Mat& first, const cv::Mat& second)
   std::vector<BestProducts> rows;
   std::vector<int> columns;
   bestProducts(first, PackedDescriptors(second), rows, columns);
-  ASSERT_EQ(rows.size(), static_cast<std::size_t>(first.rows));
-  ASSERT_EQ(columns.size(), static_cast<std::size_t>(second.rows));
+  ASSERT_EQ(rows.size(), std::size_t(first.rows));
+  ASSERT_EQ(columns.size(), std::size_t(second.rows));
   std::vector<std::int32_t> column_best(second.rows, -1);
   std::vector<int> naive_columns(second.rows, -1);
   for (int i = 0; i < first.rows; ++i) {

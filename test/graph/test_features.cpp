@@ -32,9 +32,9 @@ texturedFrame(const cv::Mat& depth)
   frame.id = 17;
   frame.color = cv::Mat(240, 320, CV_8UC3, cv::Scalar(90, 90, 90));
   for (int i = 0; i < 700; ++i) {
-    const int x = static_cast<int>(random() % 320), y = static_cast<int>(random() % 240);
-    const int radius = 2 + static_cast<int>(random() % 6);
-    const double grey = static_cast<double>(random() % 256);
+    const int x = int(random() % 320), y = int(random() % 240);
+    const int radius = 2 + int(random() % 6);
+    const double grey = double(random() % 256);
     cv::circle(frame.color, {x, y}, radius, {grey, 255 - grey, grey}, cv::FILLED, cv::LINE_AA);
   }
   frame.depth = depth;
@@ -72,7 +72,7 @@ TEST(Features, ListsHaveOneLengthAndDescriptorsUnitNorm)
   EXPECT_EQ(features.depths.size(), features.size());
   EXPECT_EQ(features.depth_sigmas.size(), features.size());
   EXPECT_EQ(features.colors.size(), features.size());
-  ASSERT_EQ(features.descriptors.rows, static_cast<int>(features.size()));
+  ASSERT_EQ(features.descriptors.rows, int(features.size()));
   ASSERT_EQ(features.descriptors.cols, 128);
   for (int i = 0; i < features.descriptors.rows; ++i) {
     EXPECT_NEAR(cv::norm(features.descriptors.row(i)), 256, 30);

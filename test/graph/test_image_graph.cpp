@@ -13,7 +13,7 @@ using namespace bundle_icp::test;
 
 namespace {
 
-/** Every fourth frame of the room: 15 images. */
+/** Every fourth frame of the room: 15 frames. */
 std::vector<ImageNode>
 roomNodes()
 {
@@ -42,10 +42,10 @@ numConnected(const ImageGraph& graph, std::size_t start)
   reached[start] = 1;
   std::size_t count = 0;
   while (!open.empty()) {
-    const std::size_t image = open.back();
+    const std::size_t frame = open.back();
     open.pop_back();
     ++count;
-    for (const ImageEdge& edge : graph.edges(image))
+    for (const ImageEdge& edge : graph.edges(frame))
       if (!reached[edge.neighbour]) {
         reached[edge.neighbour] = 1;
         open.push_back(edge.neighbour);
@@ -200,7 +200,7 @@ TEST(ImageGraph, WithoutDescriptorsNothingCanBeAppended)
   ImageGraph graph = toGraph(landmarks, views);
   const std::size_t edges = graph.numEdges();
   graph.releaseDescriptors(true);
-  EXPECT_FALSE(graph.features(1).descriptors.empty()); // all of a small scan are key images
+  EXPECT_FALSE(graph.features(1).descriptors.empty()); // all of a small scan are key frames
   graph.releaseDescriptors();
   EXPECT_TRUE(graph.features(1).descriptors.empty());
   EXPECT_EQ(graph.features(1).size(), views[1].features.size());

@@ -16,12 +16,12 @@ using namespace bundle_icp::test;
 namespace {
 
 std::vector<const Features*>
-roomImages()
+roomFrames()
 {
-  std::vector<const Features*> images;
+  std::vector<const Features*> frames;
   for (std::size_t i = 0; i < 10; ++i)
-    images.push_back(&roomFeatures(6 * i));
-  return images;
+    frames.push_back(&roomFeatures(6 * i));
+  return frames;
 }
 
 RetrievalOptions
@@ -36,7 +36,7 @@ fastOptions()
 
 TEST(ImageRetrieval, SimilarityIsACosine)
 {
-  const ImageRetrieval retrieval(roomImages(), fastOptions());
+  const ImageRetrieval retrieval(roomFrames(), fastOptions());
   ASSERT_EQ(retrieval.size(), 10u);
   for (std::size_t i = 0; i < retrieval.size(); ++i) {
     EXPECT_NEAR(retrieval.similarity(i, i), 1, 1e-5);
@@ -50,7 +50,7 @@ TEST(ImageRetrieval, SimilarityIsACosine)
 
 TEST(ImageRetrieval, AnImageIsMostSimilarToItselfSlightlyMoved)
 {
-  ImageRetrieval retrieval(roomImages(), fastOptions());
+  ImageRetrieval retrieval(roomFrames(), fastOptions());
   std::vector<std::size_t> all(retrieval.size());
   std::iota(all.begin(), all.end(), 0);
   for (const std::size_t i : {0, 4, 9}) {
@@ -64,7 +64,7 @@ TEST(ImageRetrieval, AnImageIsMostSimilarToItselfSlightlyMoved)
 
 TEST(ImageRetrieval, MostSimilarLeavesOutTheImageItself)
 {
-  const ImageRetrieval retrieval(roomImages(), fastOptions());
+  const ImageRetrieval retrieval(roomFrames(), fastOptions());
   const std::vector<std::size_t> similar = retrieval.mostSimilar(2, {1, 2, 3, 8}, 10);
   ASSERT_EQ(similar.size(), 3u);
   EXPECT_EQ(std::count(similar.begin(), similar.end(), 2u), 0);
@@ -75,7 +75,7 @@ TEST(ImageRetrieval, MostSimilarLeavesOutTheImageItself)
 
 TEST(ImageRetrieval, CoverHasASimilarImageForEach)
 {
-  const ImageRetrieval retrieval(roomImages(), fastOptions());
+  const ImageRetrieval retrieval(roomFrames(), fastOptions());
   std::size_t last = 0;
   for (const double bound : {-0.5, 0.1, 0.2, 0.3, 0.6}) {
     const std::vector<std::size_t> chosen = retrieval.cover(3, bound);
@@ -97,7 +97,7 @@ TEST(ImageRetrieval, CoverHasASimilarImageForEach)
 
 TEST(ImageRetrieval, TypicalSimilarityIsTheMedianOfTheBest)
 {
-  const ImageRetrieval retrieval(roomImages(), fastOptions());
+  const ImageRetrieval retrieval(roomFrames(), fastOptions());
   std::vector<std::size_t> all(retrieval.size());
   std::iota(all.begin(), all.end(), 0);
   std::size_t not_above = 0, not_below = 0;
@@ -115,9 +115,9 @@ TEST(ImageRetrieval, DoesNotDependOnThreads)
 {
   RetrievalOptions options = fastOptions();
   options.num_threads = 1;
-  const ImageRetrieval one(roomImages(), options);
+  const ImageRetrieval one(roomFrames(), options);
   options.num_threads = 2;
-  const ImageRetrieval two(roomImages(), options);
+  const ImageRetrieval two(roomFrames(), options);
   for (std::size_t i = 0; i < one.size(); ++i)
     for (std::size_t j = 0; j < one.size(); ++j)
       EXPECT_EQ(one.similarity(i, j), two.similarity(i, j));
@@ -127,10 +127,10 @@ TEST(ImageRetrieval, DoesNotDependOnThreads)
 
 TEST(ImageRetrieval, AnImageWithoutFeaturesResemblesNothing)
 {
-  std::vector<const Features*> images = roomImages();
+  std::vector<const Features*> frames = roomFrames();
   const Features none = noFeatures();
-  images.push_back(&none);
-  const ImageRetrieval retrieval(images, fastOptions());
+  frames.push_back(&none);
+  const ImageRetrieval retrieval(frames, fastOptions());
   EXPECT_EQ(retrieval.similarity(10, 0), 0);
   const ImageRetrieval empty({&none}, fastOptions());
   EXPECT_EQ(empty.size(), 1u);

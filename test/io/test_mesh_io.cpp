@@ -41,7 +41,7 @@ fourPoints()
     pcl::PointXYZRGBNormal point;
     point.getVector3fMap() = Eigen::Vector3f(i & 1, i >> 1, 0.25f * i);
     point.getNormalVector3fMap() = Eigen::Vector3f(0.6f, 0, -0.8f);
-    point.r = static_cast<std::uint8_t>(10 + i);
+    point.r = std::uint8_t(10 + i);
     point.g = 200;
     point.b = 255;
     cloud.push_back(point);

@@ -11,7 +11,7 @@ using namespace bundle_icp::test;
 
 namespace {
 
-/** Images without features at given times, along a path of camera_from_world. */
+/** Frames without features at given times, along a path of camera_from_world. */
 struct Recording {
   ImageGraph graph{smallCamera()};
   SparseModel model;
@@ -24,7 +24,7 @@ struct Recording {
       nodes.push_back({noFeatures(), time});
     graph.append(nodes, true);
     for (std::size_t i = 0; i < times.size(); ++i)
-      model.registerImage(i, camera_from_world(times[i]).inverse(), 0);
+      model.registerFrame(i, camera_from_world(times[i]).inverse(), 0);
     estimateMotions(graph, 0, model);
   }
 };
@@ -151,7 +151,7 @@ TEST(EstimateMotions, LeavesOtherComponentsAlone)
   };
   Recording recording({0, 0.1, 0.2, 0.3, 0.4, 0.5}, path);
   for (const std::size_t i : {1, 3}) { // another world, in between
-    recording.model.registerImage(i, randomMotion(3, 1, 5), 1);
+    recording.model.registerFrame(i, randomMotion(3, 1, 5), 1);
     recording.model.setMotion(i, Vector6d::Constant(7));
   }
   estimateMotions(recording.graph, 0, recording.model);

@@ -11,7 +11,7 @@ using namespace bundle_icp::test;
 
 namespace {
 
-/** Registered images of which no two share an edge. */
+/** Registered frames of which no two share an edge. */
 struct Unconnected {
   Landmarks landmarks{300};
   std::vector<LandmarkView> views = landmarkViews(landmarks, 4);
@@ -28,18 +28,18 @@ struct Unconnected {
     return result;
   }
 
-  /** Tracks of two images and more; each must be of one landmark. */
+  /** Tracks of two frames and more; each must be of one landmark. */
   std::size_t
   tracksFound(int num_threads)
   {
     for (std::size_t i = 0; i < views.size(); ++i)
-      model.registerImage(graph, i, views[i].world_from_camera, 0, {});
+      model.registerFrame(graph, i, views[i].world_from_camera, 0, {});
     EXPECT_TRUE(model.points().empty());
     matchByPrediction(graph, {0, 1, 2, 3}, {}, num_threads, model);
     for (const ScenePoint& point : model.points())
       for (const Observation& o : point.track)
-        EXPECT_EQ(views[o.image].landmarks[o.feature],
-                  views[point.track[0].image].landmarks[point.track[0].feature]);
+        EXPECT_EQ(views[o.frame].landmarks[o.feature],
+                  views[point.track[0].frame].landmarks[point.track[0].feature]);
     return model.points().size();
   }
 };

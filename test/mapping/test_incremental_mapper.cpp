@@ -17,7 +17,7 @@ using namespace bundle_icp::test;
 
 namespace {
 
-/** Images with all that the mapper asks for, and their true poses. */
+/** Frames with all that the mapper asks for, and their true poses. */
 struct Scan {
   std::vector<ImageNode> nodes;
   std::vector<std::shared_ptr<const DepthView>> views;
@@ -27,7 +27,7 @@ struct Scan {
   void
   add(const Features& features, const cv::Mat& depth, const Pose& world_from_camera)
   {
-    nodes.push_back({features, 0.4 * static_cast<double>(nodes.size())});
+    nodes.push_back({features, 0.4 * double(nodes.size())});
     views.push_back(std::make_shared<const DepthView>(makeDepthView(depth, camera, 2, {})));
     truth.push_back(world_from_camera);
   }
@@ -50,11 +50,11 @@ struct Scan {
   DepthViewProvider
   provider() const
   {
-    return [this](std::size_t image, const SparseModel&) { return views[image]; };
+    return [this](std::size_t frame, const SparseModel&) { return views[frame]; };
   }
 };
 
-/** A scan of the room in 15 images. */
+/** A scan of the room in 15 frames. */
 const Scan&
 roomScan()
 {
@@ -84,7 +84,7 @@ PoseErrors
 largestErrors(const SparseModel& model, const std::vector<Pose>& truth, int component)
 {
   std::vector<PointPair> pairs;
-  for (const std::size_t i : model.registeredImages(component))
+  for (const std::size_t i : model.registeredFrames(component))
     for (int k = 0; k < 4; ++k) {
       const Eigen::Vector3d point =
           k < 3 ? Eigen::Vector3d(Eigen::Vector3d::Unit(k)) : Eigen::Vector3d::Zero();
@@ -92,7 +92,7 @@ largestErrors(const SparseModel& model, const std::vector<Pose>& truth, int comp
     }
   const Pose aligned = *rigidAlignment(pairs);
   PoseErrors errors;
-  for (const std::size_t i : model.registeredImages(component)) {
+  for (const std::size_t i : model.registeredFrames(component)) {
     const Pose error = truth[i].inverse() * aligned * model.worldFromCamera(i);
     errors.distance = std::max(errors.distance, error.translation().norm());
     errors.angle = std::max(errors.angle, degrees(rotationAngle(error)));
@@ -107,12 +107,12 @@ TEST(IncrementalMapper, RegistersAScanWhereItWasTaken)
   IncrementalMapper mapper(roomGraph(), roomScan().provider());
   SparseModel model;
   EXPECT_TRUE(mapper.run(model));
-  ASSERT_EQ(model.registeredImages(0).size(), roomScan().nodes.size());
+  ASSERT_EQ(model.registeredFrames(0).size(), roomScan().nodes.size());
   const PoseErrors errors = largestErrors(model, roomScan().truth, 0);
   EXPECT_LT(errors.distance, 0.001);
   EXPECT_LT(errors.angle, 0.05);
   ASSERT_EQ(mapper.registrations().size(), roomScan().nodes.size());
-  for (const ImageRegistration& registration : mapper.registrations()) {
+  for (const FrameRegistration& registration : mapper.registrations()) {
     EXPECT_TRUE(registration.registered);
     EXPECT_FALSE(registration.by_geometry);
     EXPECT_EQ(registration.reason, "");
@@ -134,9 +134,9 @@ TEST(IncrementalMapper, EveryMethodRegistersAScanWhereItWasTaken)
     IncrementalMapper mapper(roomGraph(), roomScan().provider(), options);
     SparseModel model;
     EXPECT_TRUE(mapper.run(model));
-    EXPECT_EQ(model.registeredImages(0).size(), roomScan().nodes.size());
+    EXPECT_EQ(model.registeredFrames(0).size(), roomScan().nodes.size());
     EXPECT_LT(largestErrors(model, roomScan().truth, 0).distance, 0.003);
-    for (const ImageRegistration& registration : mapper.registrations())
+    for (const FrameRegistration& registration : mapper.registrations())
       EXPECT_EQ(registration.by_geometry, !options.registration.visual_start)
           << registration.reason;
   }
@@ -168,8 +168,8 @@ TEST(IncrementalMapper, StopsWhenAsked)
     return progress.done < 4;
   };
   EXPECT_FALSE(mapper.run(model, stop_soon));
-  EXPECT_GE(model.registeredImages().size(), 4u);
-  EXPECT_LT(model.registeredImages().size(), 15u);
+  EXPECT_GE(model.registeredFrames().size(), 4u);
+  EXPECT_LT(model.registeredFrames().size(), 15u);
 }
 
 TEST(IncrementalMapper, ScansWithNothingInCommonAreComponents)
@@ -190,8 +190,8 @@ TEST(IncrementalMapper, ScansWithNothingInCommonAreComponents)
   mapping.schedule.ordered_in_time = false;
   SparseModel model;
   EXPECT_TRUE(IncrementalMapper(graph, scan.provider(), mapping).run(model));
-  EXPECT_EQ(model.registeredImages(0), (std::vector<std::size_t>{3, 4, 5, 6}));
-  EXPECT_EQ(model.registeredImages(1), (std::vector<std::size_t>{0, 1, 2}));
+  EXPECT_EQ(model.registeredFrames(0), (std::vector<std::size_t>{3, 4, 5, 6}));
+  EXPECT_EQ(model.registeredFrames(1), (std::vector<std::size_t>{0, 1, 2}));
   for (const int component : {0, 1})
     EXPECT_LT(largestErrors(model, scan.truth, component).distance, 0.002);
 }
@@ -241,7 +241,7 @@ TEST(IncrementalMapper, GeometryRefusesAnImageOfASinglePlane)
   IncrementalMapper mapper(graph, scan.provider());
   SparseModel model;
   EXPECT_TRUE(mapper.run(model));
-  EXPECT_EQ(model.registeredImages(0), (std::vector<std::size_t>{0, 1, 2, 4}));
+  EXPECT_EQ(model.registeredFrames(0), (std::vector<std::size_t>{0, 1, 2, 4}));
   EXPECT_LT(largestErrors(model, scan.truth, 0).distance, 0.002);
   EXPECT_FALSE(mapper.registrations()[3].registered);
   EXPECT_CONTAINS(mapper.registrations()[3].reason, "directions");
@@ -249,7 +249,7 @@ TEST(IncrementalMapper, GeometryRefusesAnImageOfASinglePlane)
 
 TEST(IncrementalMapper, TheLargestComponentIsNumberZero)
 {
-  // Three images of a rich wall, which correlate more, and five of a poor one.
+  // Three frames of a rich wall, which correlate more, and five of a poor one.
   const Landmarks rich(400, 1, 0), poor(90, 2, 0);
   Scan scan;
   scan.camera = rich.camera();
@@ -265,8 +265,8 @@ TEST(IncrementalMapper, TheLargestComponentIsNumberZero)
   options.schedule.ordered_in_time = false;
   SparseModel model;
   EXPECT_TRUE(IncrementalMapper(graph, scan.provider(), options).run(model));
-  EXPECT_EQ(model.registeredImages(0), (std::vector<std::size_t>{3, 4, 5, 6, 7}));
-  EXPECT_EQ(model.registeredImages(1), (std::vector<std::size_t>{0, 1, 2}));
+  EXPECT_EQ(model.registeredFrames(0), (std::vector<std::size_t>{3, 4, 5, 6, 7}));
+  EXPECT_EQ(model.registeredFrames(1), (std::vector<std::size_t>{0, 1, 2}));
   for (const int component : {0, 1})
     EXPECT_LT(largestErrors(model, scan.truth, component).distance, 0.002);
 }
@@ -284,8 +284,8 @@ TEST(IncrementalMapper, NothingInCommonRegistersNothing)
   IncrementalMapper mapper(graph, scan.provider());
   SparseModel model;
   EXPECT_TRUE(mapper.run(model));
-  EXPECT_TRUE(model.registeredImages().empty());
-  for (const ImageRegistration& registration : mapper.registrations())
+  EXPECT_TRUE(model.registeredFrames().empty());
+  for (const FrameRegistration& registration : mapper.registrations())
     EXPECT_CONTAINS(registration.reason, "no other image shares");
 }
 

@@ -89,8 +89,7 @@ fillLists(SurfaceMesh& mesh, const std::function<Eigen::Vector3f(const Eigen::Ve
 inline void
 addGrid(SurfaceMesh& mesh, int columns, int rows, const std::function<bool(int, int)>& has)
 {
-  const auto base =
-      static_cast<std::uint32_t>(mesh.vertices.size()) - std::uint32_t((columns + 1) * (rows + 1));
+  const auto base = std::uint32_t(mesh.vertices.size()) - std::uint32_t((columns + 1) * (rows + 1));
   for (int y = 0; y < rows; ++y)
     for (int x = 0; x < columns; ++x) {
       const std::uint32_t a = base + y * (columns + 1) + x, b = a + 1, c = a + columns + 1,

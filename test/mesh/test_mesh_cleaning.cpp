@@ -49,7 +49,7 @@ TEST(MeshCleaning, ATriangleSoupBecomesASphere)
   const SurfaceMesh sphere = sphereMesh(1, 12);
   SurfaceMesh soup;
   for (std::size_t t = 0; t < sphere.triangles.size(); ++t) {
-    const auto first = static_cast<std::uint32_t>(soup.vertices.size());
+    const auto first = std::uint32_t(soup.vertices.size());
     for (const std::uint32_t vertex : sphere.triangles[t])
       soup.vertices.push_back(sphere.vertices[vertex]);
     soup.triangles.push_back({first, first + 1, first + 2});

@@ -31,18 +31,18 @@ expectSoundTracks(const ImageGraph& graph, const SparseModel& model)
   for (std::size_t p = 0; p < model.points().size(); ++p) {
     const std::vector<Observation>& track = model.points()[p].track;
     EXPECT_NE(track.size(), 1u);
-    std::set<std::size_t> images;
+    std::set<std::size_t> frames;
     for (const Observation& o : track) {
-      EXPECT_TRUE(images.insert(o.image).second) << "twice the same image";
-      EXPECT_EQ(model.pointOf(o.image, o.feature), static_cast<int>(p));
-      EXPECT_EQ(model.component(o.image), model.component(track.front().image));
+      EXPECT_TRUE(frames.insert(o.frame).second) << "twice the same image";
+      EXPECT_EQ(model.pointOf(o.frame, o.feature), int(p));
+      EXPECT_EQ(model.component(o.frame), model.component(track.front().frame));
     }
     observations += track.size();
   }
   std::size_t features = 0;
   for (std::size_t i = 0; i < graph.size(); ++i)
     for (std::size_t j = 0; j < graph.features(i).size(); ++j)
-      features += model.pointOf(i, static_cast<int>(j)) >= 0;
+      features += model.pointOf(i, int(j)) >= 0;
   EXPECT_EQ(features, observations);
 }
 
@@ -53,18 +53,18 @@ struct Scene {
   SparseModel model{4};
 
   void
-  registerImages(const std::vector<std::size_t>& images, int component = 0)
+  registerFrames(const std::vector<std::size_t>& frames, int component = 0)
   {
-    for (const std::size_t i : images)
-      model.registerImage(graph, i, views[i].world_from_camera, component, {});
+    for (const std::size_t i : frames)
+      model.registerFrame(graph, i, views[i].world_from_camera, component, {});
   }
 
-  /** How many of the images show each landmark. */
+  /** How many of the frames show each landmark. */
   std::vector<int>
-  counts(const std::vector<std::size_t>& images) const
+  counts(const std::vector<std::size_t>& frames) const
   {
     std::vector<int> result(150, 0);
-    for (const std::size_t i : images)
+    for (const std::size_t i : frames)
       for (const int landmark : views[i].landmarks)
         ++result[landmark];
     return result;
@@ -76,7 +76,7 @@ struct Scene {
 TEST(SparseModel, TracksJoinTheFeaturesOfOnePoint)
 {
   Scene scene;
-  scene.registerImages({2, 0, 3, 1});
+  scene.registerFrames({2, 0, 3, 1});
   expectSoundTracks(scene.graph, scene.model);
   const std::vector<int> counts = scene.counts({0, 1, 2, 3});
   EXPECT_EQ(numPoints(scene.model),
@@ -85,7 +85,7 @@ TEST(SparseModel, TracksJoinTheFeaturesOfOnePoint)
     ASSERT_FALSE(point.track.empty());
     std::set<int> landmarks;
     for (const Observation& o : point.track)
-      landmarks.insert(scene.views[o.image].landmarks[o.feature]);
+      landmarks.insert(scene.views[o.frame].landmarks[o.feature]);
     ASSERT_EQ(landmarks.size(), 1u);
     EXPECT_EQ(point.track.size(), counts[*landmarks.begin()]);
     EXPECT_LT((point.position - scene.landmarks.point(*landmarks.begin())).norm(), 1e-5);
@@ -101,7 +101,7 @@ TEST(SparseModel, TracksAreSoundOnRealMatches)
   graph.append(std::move(nodes), true);
   SparseModel model(graph.size());
   for (std::size_t i = 0; i < graph.size(); ++i)
-    model.registerImage(graph, i, room().worldFromCamera(4 * i), 0, {});
+    model.registerFrame(graph, i, room().worldFromCamera(4 * i), 0, {});
   EXPECT_GT(numPoints(model), 100u);
   expectSoundTracks(graph, model);
   const std::size_t before = numPoints(model);
@@ -115,13 +115,13 @@ TEST(SparseModel, TracksAreSoundOnRealMatches)
 
 TEST(SparseModel, TracksMergeWhenALoopCloses)
 {
-  // Two appearances of every landmark, and an image that recognises both.
+  // Two appearances of every landmark, and a frame that recognises both.
   const Landmarks landmarks(120), others(120, 9);
   std::vector<LandmarkView> views = landmarkViews(landmarks, 5);
   for (const std::size_t i : {2, 3, 4})
     for (std::size_t j = 0; j < views[i].landmarks.size(); ++j) {
       const int landmark = views[i].landmarks[j];
-      cv::Mat row = views[i].features.descriptors.row(static_cast<int>(j));
+      cv::Mat row = views[i].features.descriptors.row(int(j));
       const cv::Mat other = others.descriptors().row(landmark);
       if (i < 4)
         other.copyTo(row);
@@ -133,9 +133,9 @@ TEST(SparseModel, TracksMergeWhenALoopCloses)
   ASSERT_EQ(graph.numEdges(), 6u);
   SparseModel model(5);
   for (std::size_t i = 0; i < 4; ++i)
-    model.registerImage(graph, i, views[i].world_from_camera, 0, {});
+    model.registerFrame(graph, i, views[i].world_from_camera, 0, {});
   const std::size_t before = numPoints(model);
-  model.registerImage(graph, 4, views[4].world_from_camera, 0, {});
+  model.registerFrame(graph, 4, views[4].world_from_camera, 0, {});
   expectSoundTracks(graph, model);
   EXPECT_LT(numPoints(model), before);
   std::size_t whole = 0;
@@ -147,8 +147,8 @@ TEST(SparseModel, TracksMergeWhenALoopCloses)
 TEST(SparseModel, ATrackIsNotStartedByWhatDisagrees)
 {
   Scene scene;
-  scene.model.registerImage(scene.graph, 0, scene.views[0].world_from_camera, 0, {});
-  scene.model.registerImage(scene.graph, 1,
+  scene.model.registerFrame(scene.graph, 0, scene.views[0].world_from_camera, 0, {});
+  scene.model.registerFrame(scene.graph, 1,
                             randomMotion(0, 0.1, 0.3) * scene.views[1].world_from_camera, 0, {});
   EXPECT_LT(numPoints(scene.model), 5u);
 }
@@ -157,9 +157,9 @@ TEST(SparseModel, VisibilityCountsFeaturesThatMatchPoints)
 {
   Scene scene;
   EXPECT_EQ(scene.model.visibility(scene.graph, 2, 0), 0u);
-  scene.registerImages({0});
+  scene.registerFrames({0});
   EXPECT_EQ(scene.model.visibility(scene.graph, 2, 0), 0u); // no point yet
-  scene.registerImages({1});
+  scene.registerFrames({1});
   const std::vector<int> counts = scene.counts({0, 1});
   std::size_t expected = 0;
   for (const int landmark : scene.views[2].landmarks)
@@ -172,23 +172,23 @@ TEST(SparseModel, VisibilityCountsFeaturesThatMatchPoints)
 TEST(SparseModel, ComponentsDoNotShareTracks)
 {
   Scene scene;
-  scene.registerImages({0, 1}, 0);
-  scene.registerImages({2, 3}, 1);
+  scene.registerFrames({0, 1}, 0);
+  scene.registerFrames({2, 3}, 1);
   expectSoundTracks(scene.graph, scene.model);
-  EXPECT_EQ(scene.model.registeredImages(0), (std::vector<std::size_t>{0, 1}));
-  EXPECT_EQ(scene.model.registeredImages(1), (std::vector<std::size_t>{2, 3}));
-  EXPECT_EQ(scene.model.registeredImages().size(), 4u);
+  EXPECT_EQ(scene.model.registeredFrames(0), (std::vector<std::size_t>{0, 1}));
+  EXPECT_EQ(scene.model.registeredFrames(1), (std::vector<std::size_t>{2, 3}));
+  EXPECT_EQ(scene.model.registeredFrames().size(), 4u);
 }
 
 TEST(SparseModel, AnImageWithoutTracksHasNoPoints)
 {
   Scene scene;
-  scene.registerImages({0, 1});
+  scene.registerFrames({0, 1});
   const std::size_t before = numPoints(scene.model);
-  scene.model.registerImage(2, scene.views[2].world_from_camera, 0);
+  scene.model.registerFrame(2, scene.views[2].world_from_camera, 0);
   EXPECT_TRUE(scene.model.isRegistered(2));
   EXPECT_EQ(scene.model.pointOf(2, 0), -1);
-  scene.registerImages({3});
+  scene.registerFrames({3});
   expectSoundTracks(scene.graph, scene.model);
   EXPECT_GE(numPoints(scene.model), before);
 }
@@ -196,14 +196,14 @@ TEST(SparseModel, AnImageWithoutTracksHasNoPoints)
 TEST(SparseModel, RemovesObservationsOfAMisplacedImage)
 {
   Scene scene;
-  scene.registerImages({0, 1, 2, 3});
+  scene.registerFrames({0, 1, 2, 3});
   EXPECT_EQ(scene.model.removeOutliers(scene.graph, {}), 0u);
   scene.model.setWorldFromCamera(2, randomMotion(5, 0, 0.3) * scene.views[2].world_from_camera);
   EXPECT_GT(scene.model.removeOutliers(scene.graph, {}), 20u);
   expectSoundTracks(scene.graph, scene.model);
   for (const ScenePoint& point : scene.model.points())
     for (const Observation& o : point.track)
-      EXPECT_NE(o.image, 2u);
+      EXPECT_NE(o.frame, 2u);
   std::vector<int> counts = scene.counts({0, 1, 3});
   EXPECT_EQ(numPoints(scene.model),
             std::count_if(counts.begin(), counts.end(), [](int n) { return n > 1; }));
@@ -212,7 +212,7 @@ TEST(SparseModel, RemovesObservationsOfAMisplacedImage)
 TEST(SparseModel, RemovesAMisplacedPoint)
 {
   Scene scene;
-  scene.registerImages({0, 1, 2, 3});
+  scene.registerFrames({0, 1, 2, 3});
   const std::size_t before = numPoints(scene.model);
   const std::size_t track = scene.model.points()[7].track.size();
   scene.model.setPosition(7, scene.model.points()[7].position + Eigen::Vector3d(0.2, 0.2, 0));
@@ -224,8 +224,8 @@ TEST(SparseModel, RemovesAMisplacedPoint)
 TEST(SparseModel, TransformMovesAComponentAsOne)
 {
   Scene scene;
-  scene.registerImages({0, 1}, 0);
-  scene.registerImages({2, 3}, 1);
+  scene.registerFrames({0, 1}, 0);
+  scene.registerFrames({2, 3}, 1);
   const SparseModel before = scene.model;
   const Pose motion = randomMotion(8, 1, 5);
   scene.model.transform(0, motion);
@@ -235,7 +235,7 @@ TEST(SparseModel, TransformMovesAComponentAsOne)
   }
   for (std::size_t p = 0; p < before.points().size(); ++p) {
     const ScenePoint &was = before.points()[p], &is = scene.model.points()[p];
-    const bool moved = before.component(was.track.front().image) == 0;
+    const bool moved = before.component(was.track.front().frame) == 0;
     EXPECT_LT((is.position - (moved ? motion * was.position : was.position)).norm(), 1e-12);
     for (const Observation& o : is.track)
       EXPECT_TRUE(agrees(scene.graph, scene.model, o, is.position, {}));
@@ -246,10 +246,10 @@ TEST(SparseModel, TransformMovesAComponentAsOne)
 TEST(SparseModel, MeasuredPointsAreTheLandmarks)
 {
   Scene scene;
-  scene.registerImages({1});
+  scene.registerFrames({1});
   for (std::size_t j = 0; j < scene.views[1].landmarks.size(); ++j) {
     const Eigen::Vector3d& truth = scene.landmarks.point(scene.views[1].landmarks[j]);
-    const Observation o{1, static_cast<int>(j)};
+    const Observation o{1, int(j)};
     EXPECT_LT((measuredPoint(scene.graph, scene.model, o) - truth).norm(), 1e-5);
     EXPECT_TRUE(agrees(scene.graph, scene.model, o, truth, {}));
     // Behind the camera, beside the pixel, off in depth
@@ -265,9 +265,9 @@ TEST(SparseModel, MeasuredPointsAreTheLandmarks)
 TEST(SparseModel, ResizeKeepsWhatThereIs)
 {
   Scene scene;
-  scene.registerImages({0, 1});
+  scene.registerFrames({0, 1});
   scene.model.resize(10);
-  EXPECT_EQ(scene.model.numImages(), 10u);
+  EXPECT_EQ(scene.model.numFrames(), 10u);
   EXPECT_FALSE(scene.model.isRegistered(9));
   EXPECT_TRUE(scene.model.isRegistered(1));
 }

@@ -23,7 +23,7 @@ struct Scene {
   Scene()
   {
     for (std::size_t i = 0; i < 2; ++i)
-      model.registerImage(graph, i, views[i].world_from_camera, 0, {});
+      model.registerFrame(graph, i, views[i].world_from_camera, 0, {});
   }
 };
 

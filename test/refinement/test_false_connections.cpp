@@ -24,11 +24,11 @@ append(const LandmarkView& from, std::size_t j, Features& to)
   to.depths.push_back(f.depths[j]);
   to.depth_sigmas.push_back(f.depth_sigmas[j]);
   to.colors.push_back(f.colors[j]);
-  to.descriptors.push_back(f.descriptors.row(static_cast<int>(j)));
+  to.descriptors.push_back(f.descriptors.row(int(j)));
 }
 
-/** Images of two places with landmarks of their own, and a thing that stands in both of them. The
- *  last image here and the first there also share landmarks: more than the thing has. */
+/** Frames of two places with landmarks of their own, and a thing that stands in both of them. The
+ *  last frame here and the first there also share landmarks: more than the thing has. */
 struct TwoPlaces {
   const Landmarks landmarks{300}, thing{45, 7};
   const Pose there_from_here = randomMotion(3, 0.1, 0.4); ///< of the thing
@@ -43,11 +43,11 @@ struct TwoPlaces {
   }
 
   LandmarkView
-  look(std::size_t image) const
+  look(std::size_t frame) const
   {
-    const Pose world_from_camera = randomMotion(static_cast<unsigned>(image), 0.1, 0.3);
-    const bool is_there = image >= NUM_HERE;
-    const bool is_between = image + 1 == NUM_HERE || image == NUM_HERE;
+    const Pose world_from_camera = randomMotion(unsigned(frame), 0.1, 0.3);
+    const bool is_there = frame >= NUM_HERE;
+    const bool is_between = frame + 1 == NUM_HERE || frame == NUM_HERE;
     LandmarkView view;
     view.world_from_camera = world_from_camera;
     view.features.sharpness = 1;
@@ -62,13 +62,13 @@ struct TwoPlaces {
     return view;
   }
 
-  /** Images of the second place where the thing alone would have them. */
+  /** Frames of the second place where the thing alone would have them. */
   SparseModel
   model(bool is_false) const
   {
     SparseModel result(graph.size());
     for (std::size_t i = 0; i < graph.size(); ++i)
-      result.registerImage(graph, i,
+      result.registerFrame(graph, i,
                            is_false && i >= NUM_HERE
                                ? there_from_here.inverse() * views[i].world_from_camera
                                : views[i].world_from_camera,
@@ -88,15 +88,15 @@ struct TwoPlaces {
   }
 };
 
-/** Points that images of both places show. */
+/** Points that frames of both places show. */
 std::size_t
 numShared(const SparseModel& model)
 {
   std::size_t count = 0;
   for (const ScenePoint& point : model.points()) {
     const auto there = std::count_if(point.track.begin(), point.track.end(),
-                                     [](const Observation& o) { return o.image >= NUM_HERE; });
-    if (there > 0 && static_cast<std::size_t>(there) < point.track.size())
+                                     [](const Observation& o) { return o.frame >= NUM_HERE; });
+    if (there > 0 && std::size_t(there) < point.track.size())
       ++count;
   }
   return count;
@@ -140,7 +140,7 @@ TEST(FalseConnections, OtherComponentsTakeNoPart)
   const TwoPlaces places;
   SparseModel model = places.model(true);
   for (std::size_t i = NUM_HERE; i < places.graph.size(); ++i)
-    model.registerImage(i, model.worldFromCamera(i), 1);
+    model.registerFrame(i, model.worldFromCamera(i), 1);
   EXPECT_EQ(correctFalseConnections(places.graph, 0, {}, 1, model), 0u);
   EXPECT_EQ(correctFalseConnections(places.graph, 1, {}, 1, model), 0u);
   EXPECT_GT(places.largestError(model), 0.3);

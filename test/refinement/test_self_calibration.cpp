@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include <bundle_icp/refinement/self_calibration.h>
 
+#include "adjustment/held_back.h"
 #include "faulty_camera.h"
 #include "mapping/frame_motions.h"
 #include "messages.h"
@@ -44,16 +45,16 @@ struct Scan {
   std::vector<FaultyView> views;
   ImageGraph graph;
   SparseModel model;
-  std::vector<std::size_t> images;
+  std::vector<std::size_t> frames;
 
   /** \param time_step between the stamps that the library gets; 0 = the true one */
   explicit Scan(const FaultyCamera& camera, unsigned count = 30, double time_step = 0)
   : views(recordWrongly(landmarks(), camera, count)),
-    graph(toGraph(views, time_step > 0 ? time_step : 1 / camera.rate)), model(count), images(count)
+    graph(toGraph(views, time_step > 0 ? time_step : 1 / camera.rate)), model(count), frames(count)
   {
-    std::iota(images.begin(), images.end(), std::size_t(0));
-    for (const std::size_t i : images)
-      model.registerImage(graph, i, views[i].view.world_from_camera, 0, {});
+    std::iota(frames.begin(), frames.end(), std::size_t(0));
+    for (const std::size_t i : frames)
+      model.registerFrame(graph, i, views[i].view.world_from_camera, 0, {});
     adjust({});
     estimateMotions(graph, 0, model);
   }
@@ -62,7 +63,7 @@ struct Scan {
   problem(const SelfCalibrationResult& result) const
   {
     BundleAdjustmentProblem problem;
-    problem.variable = images;
+    problem.variable = frames;
     problem.calibrated = result.calibrated;
     problem.depth_errors = result.depth_errors;
     return problem;
@@ -77,7 +78,7 @@ struct Scan {
   SelfCalibrationResult
   calibrate(const SelfCalibrationOptions& options = {})
   {
-    return selfCalibrate(graph, images, {}, options, model);
+    return selfCalibrate(graph, frames, {}, options, model);
   }
 };
 
@@ -141,7 +142,7 @@ expectNothingApplied(const SelfCalibrationResult& result, const SparseModel& mod
   EXPECT_TRUE(result.calibrated.empty());
   EXPECT_FALSE(result.depth_errors);
   EXPECT_EQ(model.calibration().values, CalibrationVector(CalibrationVector::Zero()));
-  for (std::size_t i = 0; i < model.numImages(); ++i)
+  for (std::size_t i = 0; i < model.numFrames(); ++i)
     EXPECT_EQ(model.depthError(i), DepthError(DepthError::Zero()));
 }
 
@@ -202,12 +203,12 @@ TEST(SelfCalibrate, FindsTheDepthErrorOfEachImage)
   EXPECT_TRUE(result.depth_errors) << report(result);
   EXPECT_TRUE(result.calibrated.empty()) << report(result);
   scan.adjust(result);
-  // What all images have in common looks like another scale or depth bias.
+  // What all frames have in common looks like another scale or depth bias.
   DepthError mean = DepthError::Zero();
-  for (const std::size_t i : scan.images)
+  for (const std::size_t i : scan.frames)
     mean += (scan.model.depthError(i) - scan.views[i].depth_error) / 30.0;
   double squares = 0;
-  for (const std::size_t i : scan.images)
+  for (const std::size_t i : scan.frames)
     squares += (scan.model.depthError(i) - scan.views[i].depth_error - mean).squaredNorm();
   EXPECT_LT(std::sqrt(squares / 90), camera.depth_error_sigmas / 4);
 }
@@ -239,7 +240,7 @@ TEST(SelfCalibrate, CannotSeeADepthScale)
   // The whole scan is as much larger.
   double product = 0, square = 0;
   const Eigen::Vector3d first = scan.model.worldFromCamera(0).translation();
-  for (const std::size_t i : scan.images) {
+  for (const std::size_t i : scan.frames) {
     const Eigen::Vector3d truth = scan.views[i].view.world_from_camera.translation() -
                                   scan.views[0].view.world_from_camera.translation();
     product += truth.norm() * (scan.model.worldFromCamera(i).translation() - first).norm();
@@ -258,7 +259,7 @@ TEST(SelfCalibrate, DoesNotTestWithTooFewImages)
   expectNothingApplied(result, scan.model);
   for (const CalibrationTest& test : result.tests)
     EXPECT_EQ(test.significance, 0) << test.name;
-  for (const std::size_t i : scan.images)
+  for (const std::size_t i : scan.frames)
     EXPECT_EQ(scan.model.worldFromCamera(i).matrix(), before.worldFromCamera(i).matrix());
 }
 
@@ -294,7 +295,7 @@ TEST(SelfCalibrate, DoesNotDependOnThreads)
     EXPECT_EQ(results[0].tests[t].significance, results[1].tests[t].significance);
   }
   EXPECT_EQ(scans[0].model.calibration().values, scans[1].model.calibration().values);
-  for (const std::size_t i : scans[0].images)
+  for (const std::size_t i : scans[0].frames)
     EXPECT_EQ(scans[0].model.worldFromCamera(i).matrix(),
               scans[1].model.worldFromCamera(i).matrix());
 }
@@ -308,11 +309,11 @@ TEST(SelfCalibrate, RefusesInvalidOptions)
         [&] { selfCalibrate(graph, {}, {}, options, model); });
   };
   SelfCalibrationOptions options;
-  options.max_images = 1;
-  EXPECT_CONTAINS(message(options), "selfCalibrate: max_images and min_images must be >= 2");
+  options.max_frames = 1;
+  EXPECT_CONTAINS(message(options), "selfCalibrate: max_frames and min_frames must be >= 2");
   options = {};
-  options.min_images = 1;
-  EXPECT_CONTAINS(message(options), "max_images and min_images must be >= 2");
+  options.min_frames = 1;
+  EXPECT_CONTAINS(message(options), "max_frames and min_frames must be >= 2");
   options = {};
   options.min_track_length = 1;
   EXPECT_CONTAINS(message(options), "min_track_length must be >= 2");

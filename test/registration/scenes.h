@@ -31,9 +31,9 @@ noisy(const cv::Mat& exact, unsigned seed, const DepthNoise& noise = {})
   std::mt19937 random(seed);
   std::normal_distribution<double> normal;
   cv::Mat depth = exact.clone();
-  for (int i = 0; i < static_cast<int>(depth.total()); ++i) {
+  for (int i = 0; i < int(depth.total()); ++i) {
     float& z = depth.ptr<float>()[i];
-    z += static_cast<float>(noise.sigma(z) * normal(random));
+    z += float(noise.sigma(z) * normal(random));
   }
   return depth;
 }
@@ -58,8 +58,7 @@ planeDepth(const CameraIntrinsics& camera, const Eigen::Vector3d& normal, double
   for (int v = 0; v < camera.height; ++v)
     for (int u = 0; u < camera.width; ++u) {
       const double z = distance / normal.dot(camera.unproject(u, v, 1));
-      depth.at<float>(v, u) =
-          z > 0 ? static_cast<float>(z) : std::numeric_limits<float>::quiet_NaN();
+      depth.at<float>(v, u) = z > 0 ? float(z) : std::numeric_limits<float>::quiet_NaN();
     }
   return depth;
 }

@@ -30,8 +30,8 @@ framePair(std::size_t target, std::size_t source, bool with_noise = false)
 {
   const auto cloud = [&](std::size_t i) {
     const cv::Mat exact = room().readExact(i).depth;
-    return toPointCloud(makeDepthView(with_noise ? noisy(exact, static_cast<unsigned>(i)) : exact,
-                                      room().camera()));
+    return toPointCloud(
+        makeDepthView(with_noise ? noisy(exact, unsigned(i)) : exact, room().camera()));
   };
   return {cloud(source), cloud(target),
           room().worldFromCamera(target).inverse() * room().worldFromCamera(source)};
@@ -81,12 +81,12 @@ successes(int trials, bool with_noise, double metres, double angle)
 {
   int count = 0;
   for (int k = 0; k < trials; ++k) {
-    const std::size_t target = static_cast<std::size_t>(k);
+    const std::size_t target = std::size_t(k);
     const FramePairData data = framePair(target, target + 1 + target % 3, with_noise);
     Registration reg;
     setUp(reg, data);
     Cloud out;
-    reg.align(out, perturbed(data.truth, static_cast<unsigned>(k)));
+    reg.align(out, perturbed(data.truth, unsigned(k)));
     const Pose error = data.truth.inverse() * poseOf(reg);
     count += error.translation().norm() < metres && degrees(rotationAngle(error)) < angle;
   }

@@ -24,7 +24,7 @@ struct PoseStatistics {
   void
   add(const FrameRegistration& registration, const Pose& truth)
   {
-    if (!registration.report.registered)
+    if (!registration.registered)
       return;
     Pose turn = Pose::Identity();
     turn.linear() = registration.world_from_camera.linear() * truth.linear().transpose();
@@ -79,14 +79,14 @@ registerScan(double texture, double start_time, std::uint64_t seed, Evidence& ev
   graph.append(nodes, true);
   const FrameRegistrationOptions options;
   const BundleAdjustmentOptions adjustment;
-  const DepthViewProvider provider = [&](std::size_t image, const SparseModel&) {
-    return views[image];
+  const DepthViewProvider provider = [&](std::size_t frame, const SparseModel&) {
+    return views[frame];
   };
   FrameRegistrar registrar(graph, provider, options, adjustment);
   registrar.setDepthErrors(false); // the simulated camera has none
   SparseModel model(scan.size());
   for (std::size_t i = 1; i < scan.size(); i += 2)
-    model.registerImage(graph, i, scan.worldFromCamera(i), 0, TrackOptions());
+    model.registerFrame(graph, i, scan.worldFromCamera(i), 0, TrackOptions());
   struct Registrations {
     FrameRegistration visual, dense, both;
   };

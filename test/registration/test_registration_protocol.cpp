@@ -164,7 +164,7 @@ TEST_F(RegistrationProtocol, IndicesRestrictWhatIsAlignedAndReturned)
   pcl::IndicesPtr indices(new pcl::Indices);
   for (std::size_t i = 0; i < half->size(); ++i)
     if (i % 320 < 160)
-      indices->push_back(static_cast<int>(i));
+      indices->push_back(int(i));
     else
       (*half)[i].z += 0.1f;
   reg.setInputSource(half);
@@ -227,8 +227,8 @@ TEST_F(RegistrationProtocol, VisualizationCallbackRunsEachIteration)
             ASSERT_EQ(s.size(), q.size());
             pairs = s.size();
             for (std::size_t i = 0; i < s.size(); i += 100) {
-              ASSERT_LT(static_cast<std::size_t>(s[i]), moved.size());
-              ASSERT_LT(static_cast<std::size_t>(q[i]), t.size());
+              ASSERT_LT(std::size_t(s[i]), moved.size());
+              ASSERT_LT(std::size_t(q[i]), t.size());
             }
           };
   ASSERT_TRUE(reg.registerVisualizationCallback(callback)); // PCL calls it once here

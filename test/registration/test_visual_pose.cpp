@@ -47,8 +47,8 @@ TEST(VisualPose, ExactPointsGiveTheExactPose)
   const Pose truth = randomMotion(1, 2.5, 3);
   const auto pose = estimateVisualPose(correspondences(truth, 20, 0, 0));
   ASSERT_TRUE(pose);
-  EXPECT_LT(logarithm(truth.inverse() * pose->world_from_source).norm(), 1e-9);
-  EXPECT_EQ(pose->inliers, 20u);
+  EXPECT_LT(logarithm(truth.inverse() * pose->target_from_source).norm(), 1e-9);
+  EXPECT_EQ(pose->inliers.size(), 20u);
 }
 
 TEST(VisualPose, HalfOutliersDoNotMoveIt)
@@ -56,16 +56,16 @@ TEST(VisualPose, HalfOutliersDoNotMoveIt)
   const Pose truth = randomMotion(2, 1, 1);
   const auto pose = estimateVisualPose(correspondences(truth, 200, 100));
   ASSERT_TRUE(pose);
-  EXPECT_LT(distance(truth, pose->world_from_source), 0.003);
-  EXPECT_NEAR(static_cast<double>(pose->inliers), 100, 5);
+  EXPECT_LT(distance(truth, pose->target_from_source), 0.003);
+  EXPECT_NEAR(double(pose->inliers.size()), 100, 5);
   EXPECT_NEAR(pose->rmse, SIGMA, 0.2 * SIGMA);
 }
 
 TEST(VisualPose, IsTheSameFromRunToRun)
 {
   const VisualCorrespondences c = correspondences(randomMotion(2, 1, 1), 100, 40);
-  EXPECT_EQ(estimateVisualPose(c)->world_from_source.matrix(),
-            estimateVisualPose(c)->world_from_source.matrix());
+  EXPECT_EQ(estimateVisualPose(c)->target_from_source.matrix(),
+            estimateVisualPose(c)->target_from_source.matrix());
 }
 
 TEST(VisualPose, WithoutConsensusThereIsNone)
@@ -75,7 +75,7 @@ TEST(VisualPose, WithoutConsensusThereIsNone)
   EXPECT_FALSE(estimateVisualPose({}));
   VisualCorrespondences line = correspondences(Pose::Identity(), 20, 0, 0);
   for (std::size_t i = 0; i < line.source.size(); ++i)
-    line.source[i] = line.target[i] = Eigen::Vector3d(0.1 * static_cast<double>(i), 0, 1);
+    line.source[i] = line.target[i] = Eigen::Vector3d(0.1 * double(i), 0, 1);
   EXPECT_FALSE(estimateVisualPose(line)) << "points on a line leave a rotation open";
 }
 
@@ -87,7 +87,7 @@ TEST(VisualPose, WeightsRule)
     c.target[i].x() += 0.02;
     c.weights[i] = 1 / (0.1 * 0.1);
   }
-  EXPECT_LT(distance(truth, estimateVisualPose(c)->world_from_source), 0.001);
+  EXPECT_LT(distance(truth, estimateVisualPose(c)->target_from_source), 0.001);
 }
 
 TEST(VisualPose, RefusesFaultyListsNamingTheFault)

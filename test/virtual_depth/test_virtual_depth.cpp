@@ -16,7 +16,7 @@ std::vector<float>
 absoluteErrors(const cv::Mat& depth, const cv::Mat& truth)
 {
   std::vector<float> errors;
-  for (int i = 0; i < static_cast<int>(truth.total()); ++i) {
+  for (int i = 0; i < int(truth.total()); ++i) {
     const float z = depth.ptr<float>()[i], exact = truth.ptr<float>()[i];
     if (z > 0 && exact > 0)
       errors.push_back(std::abs(z - exact));
@@ -28,11 +28,11 @@ absoluteErrors(const cv::Mat& depth, const cv::Mat& truth)
 double
 rms(const std::vector<float>& errors, double share)
 {
-  const std::size_t n = static_cast<std::size_t>(share * static_cast<double>(errors.size()));
+  const std::size_t n = std::size_t(share * double(errors.size()));
   double sum = 0;
   for (std::size_t i = 0; i < n; ++i)
     sum += errors[i] * errors[i];
-  return std::sqrt(sum / static_cast<double>(n));
+  return std::sqrt(sum / double(n));
 }
 
 bool
@@ -48,7 +48,7 @@ double
 normalError(const DepthView& view, const Eigen::Vector3d& truth)
 {
   std::vector<double> angles;
-  for (int i = 0; i < static_cast<int>(view.normals.total()); ++i) {
+  for (int i = 0; i < int(view.normals.total()); ++i) {
     const float* n = view.normals.ptr<float>() + 3 * i;
     if (std::isfinite(n[0]))
       angles.push_back(degrees(
@@ -164,7 +164,7 @@ TEST(DepthView, ReductionKeepsPlanesAndEdges)
   EXPECT_LT(absoluteErrors(plane.depth, truth).back(), 1e-3);
   cv::Mat depth = squareBeforeWall(camera);
   const DepthView edge = makeDepthView(depth, camera, 3);
-  for (int i = 0; i < static_cast<int>(edge.depth.total()); ++i) {
+  for (int i = 0; i < int(edge.depth.total()); ++i) {
     const float z = edge.depth.ptr<float>()[i];
     EXPECT_TRUE(z == 1 || z == 2) << "an average across the edge: " << z;
   }
@@ -210,7 +210,7 @@ TEST(VirtualDepth, IsWithoutBiasOnExactDepth)
   EXPECT_LT(errors[errors.size() / 2], 0.0003f);
   // Nothing bleeds over occlusion edges: hardly a pixel shows the wrong surface.
   const auto wrong = std::count_if(errors.begin(), errors.end(), [](float e) { return e > 0.05f; });
-  EXPECT_LT(static_cast<double>(wrong) / static_cast<double>(errors.size()), 0.005);
+  EXPECT_LT(double(wrong) / double(errors.size()), 0.005);
 }
 
 TEST(VirtualDepth, ErrorFallsLikeTheRootOfTheNumberOfViews)

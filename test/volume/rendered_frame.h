@@ -60,7 +60,7 @@ render(
     for (int u = 0; u < camera.width; ++u) {
       const Eigen::Vector3d ray = world_from_camera.linear() * camera.unproject(u, v, 1);
       const double z = scene(origin, ray);
-      frame.depth.at<float>(v, u) = static_cast<float>(z);
+      frame.depth.at<float>(v, u) = float(z);
       frame.color.at<cv::Vec3b>(v, u) =
           std::isnan(z) ? cv::Vec3b(0, 0, 0) : paint(origin + z * ray);
     }

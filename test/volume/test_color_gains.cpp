@@ -2,7 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "messages.h"
 
-#include <bundle_icp/volume/color_gains.h>
+#include "volume/color_gains.h"
 
 #include <gtest/gtest.h>
 #include <pcl/exceptions.h>

@@ -23,7 +23,7 @@ const Intersection wall = plane({0, 0, 1}, 1.0);
 void
 addNoise(RGBDFrame& frame, double sigma, std::mt19937& random)
 {
-  std::normal_distribution<float> noise(0.0f, static_cast<float>(sigma));
+  std::normal_distribution<float> noise(0.0f, float(sigma));
   for (auto z = frame.depth.begin<float>(); z != frame.depth.end<float>(); ++z)
     *z += noise(random);
 }
@@ -46,7 +46,7 @@ rootMeanSquare(const std::vector<double>& values)
   double sum = 0;
   for (const double value : values)
     sum += value * value;
-  return std::sqrt(sum / static_cast<double>(values.size()));
+  return std::sqrt(sum / double(values.size()));
 }
 
 std::string

@@ -9,7 +9,7 @@
 
 namespace bundle_icp {
 
-/** Result of dense registration between two images: all point-to-plane terms between them, reduced
+/** Result of dense registration between two frames: all point-to-plane terms between them, reduced
  *  to a mean motion and a 6x6 information matrix. */
 struct RelativePoseTerm {
   std::size_t first = 0;
@@ -20,22 +20,23 @@ struct RelativePoseTerm {
   Matrix6d information = Matrix6d::Zero();
 };
 
-/** Images that an adjustment moves, and evidence besides the tracks. */
+/** Frames that an adjustment moves, and evidence besides the tracks. */
 struct BundleAdjustmentProblem {
-  /** Images whose pose is adjusted. Their tracks and points take part. */
+  /** Frames whose pose is adjusted. Their tracks and points take part. */
   std::vector<std::size_t> variable;
-  /** Images that take part but keep their pose. When the list is empty, the first variable image
+  /** Frames that take part but keep their pose. When the list is empty, the first variable frame
    *  keeps its pose, which fixes the gauge. */
   std::vector<std::size_t> constant;
-  /** Dense evidence. Terms with an image outside both lists are ignored. */
+  /** Dense evidence. Terms with a frame outside both lists are ignored. */
   std::vector<RelativePoseTerm> relative_poses;
   /** Parameters of SparseModel::calibration() to adjust. */
   std::vector<CalibrationParameter> calibrated;
-  /** True: the DepthError of each variable image is adjusted. */
+  /** True: the DepthError of each variable frame is adjusted. */
   bool depth_errors = false;
-  /** Tracks with fewer observations by images that take part are ignored. */
+  /** Tracks with fewer observations by frames that take part are ignored. */
   std::size_t min_track_length = 2;
-  /** True: observations that isHeldBack() are left out. */
+  /** True: a fifth of the observations in tracks of four or more is left out, which
+   *  self-calibration uses to test what was found without them. */
   bool hold_back = false;
 };
 
@@ -82,39 +83,22 @@ struct BundleAdjustmentResult {
 BUNDLE_ICP_EXPORT const CalibrationVector&
 calibrationPrior();
 
-/** True when an observation is held back to test a calibration: a fifth of the observations in
- *  tracks of four or more, chosen by number. */
-BUNDLE_ICP_EXPORT bool
-isHeldBack(const ScenePoint& point, std::size_t index_in_track);
-
-/** Robust cost, for each variable image in their order, of the observations that isHeldBack(). Only
- *  points that took part in the adjustment of `problem` count. */
-BUNDLE_ICP_EXPORT std::vector<double>
-heldBackCost(const ImageGraph& graph, const BundleAdjustmentProblem& problem,
-             const BundleAdjustmentOptions& options, const SparseModel& model);
-
-/** Standard deviations of calibration parameters, given all evidence of `problem`: from the inverse
- *  of the normal equations at the present state. 0 for parameters that are not adjusted. */
-BUNDLE_ICP_EXPORT CalibrationVector
-calibrationDeviations(const ImageGraph& graph, const BundleAdjustmentProblem& problem,
-                      const BundleAdjustmentOptions& options, const SparseModel& model);
-
 /** Global (or local) bundle adjustment: moves poses and points to the minimum of the robust sum of
  *  squared pixel residuals, measured-depth residuals and dense relative poses. Calibration and
  *  depth errors move if `problem` says so; priors hold them. The method is Levenberg-Marquardt, by
  *  Ceres or with the points eliminated from the normal equations (Triggs et al., "Bundle adjustment
  *  - a modern synthesis", 6.1).
- *  \throws pcl::BadArgumentException for invalid options or unregistered images. */
+ *  \throws pcl::BadArgumentException for invalid options or unregistered frames. */
 BUNDLE_ICP_EXPORT BundleAdjustmentResult
 adjustBundle(const ImageGraph& graph, const BundleAdjustmentProblem& problem,
              const BundleAdjustmentOptions& options, SparseModel& model);
 
-/** Local bundle adjustment: the poses of `images` and the points that these images see move. The
- *  `num_held` images that share most points with them take part, but keep their poses. The time
- *  does not grow with the model. Without an image that shares a point nothing happens.
+/** Local bundle adjustment: the poses of `frames` and the points that these frames see move. The
+ *  `num_held` frames that share most points with them take part, but keep their poses. The time
+ *  does not grow with the model. Without a frame that shares a point nothing happens.
  *  \throws as adjustBundle() */
 BUNDLE_ICP_EXPORT BundleAdjustmentResult
-adjustLocally(const ImageGraph& graph, const std::vector<std::size_t>& images, std::size_t num_held,
+adjustLocally(const ImageGraph& graph, const std::vector<std::size_t>& frames, std::size_t num_held,
               const BundleAdjustmentOptions& options, SparseModel& model);
 
 } // namespace bundle_icp

@@ -7,6 +7,7 @@
 #include <bundle_icp/common/rgbd_frame.h>
 #include <bundle_icp/graph/feature_matching.h>
 #include <bundle_icp/graph/features.h>
+#include <bundle_icp/registration/frame_registration.h>
 #include <bundle_icp/virtual_depth/virtual_depth.h>
 #include <bundle_icp/volume/tsdf_volume.h>
 
@@ -42,17 +43,6 @@ struct BUNDLE_ICP_EXPORT TrackingOptions {
   isValid(std::string* error = nullptr) const;
 };
 
-/** Outcome of a frame. */
-struct TrackedFrame {
-  bool is_tracked = false;
-  std::string reason;                        ///< why the frame is lost
-  Pose world_from_camera = Pose::Identity(); ///< the world is the camera frame of the first frame
-  std::size_t matches = 0;                   ///< feature matches with the last tracked frame
-  std::size_t inliers = 0;                   ///< matches that agree with the pose
-  double overlap = 0;                        ///< share of the frame's depth that lies on the model
-  double icp_rmse = 0;                       ///< RMS distance to the model [m]
-};
-
 /** Frame-to-model tracking of KinectFusion (Newcombe et al., ISMAR 2011): ICP aligns each frame
  *  with the ray-cast volume of all earlier frames, then the frame is fused into the volume.
  *
@@ -65,7 +55,7 @@ struct TrackedFrame {
  *   \code
  *   FrameToModelTracker tracker(dataset.camera());
  *   for (std::size_t i = 0; i < dataset.size(); ++i)
- *     if (const TrackedFrame frame = tracker.track(dataset.read(i)); frame.is_tracked)
+ *     if (const FrameRegistration frame = tracker.track(dataset.read(i)); frame.registered)
  *       use(frame.world_from_camera);
  *   \endcode
  *
@@ -79,10 +69,11 @@ public:
   explicit FrameToModelTracker(const CameraIntrinsics& camera, const TrackingOptions& options = {});
   ~FrameToModelTracker();
 
-  /** Tracks the next frame; its time stamp gives the velocity.
+  /** Tracks the next frame; its time stamp gives the velocity. The world is the camera frame of the
+   *  first frame, matches are those with the last tracked frame, and covariances stay unset.
    *  \param features of the frame, for a visual start; none: depth alone
    *  \throws pcl::BadArgumentException for images of wrong type or size. */
-  TrackedFrame
+  FrameRegistration
   track(const RGBDFrame& frame, const Features& features = {});
 
   /** The model so far. */

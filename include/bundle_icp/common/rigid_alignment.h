@@ -37,6 +37,10 @@ struct RigidAlignment {
   bool success = false; ///< at least three inliers, whose distance from a line exceeds their errors
   Pose target_from_source = Pose::Identity();
   std::vector<std::size_t> inliers; ///< ascending indices of pairs
+  double rmse = 0;                  ///< RMS distance of the inliers [m]
+  /** Observed over expected standard deviation of the inliers, at least 1: the weights are too
+   *  optimistic by this factor. */
+  double scale = 1;
 };
 
 /** The motion that minimises the weighted sum of squared distances (Horn 1987; Umeyama 1991 without

@@ -16,21 +16,21 @@ namespace bundle_icp {
 struct BUNDLE_ICP_EXPORT ImageGraphOptions {
   MatchingOptions matching;
   RetrievalOptions retrieval;
-  /** Largest number of images of which every pair is matched. With more images, key images are
-   *  chosen that cover the scan, and the cost of matching is linear in the number of images. */
+  /** Largest number of frames of which every pair is matched. With more frames, key frames are
+   *  chosen that cover the scan, and the cost of matching is linear in the number of frames. */
   std::size_t exhaustive_limit = 300;
-  /** Minimum similarity of every image to a key image, 0 ... 1, as a share of
-   *  ImageRetrieval::typicalSimilarity(), that of images of the same place. A lower value is
+  /** Minimum similarity of every frame to a key frame, 0 ... 1, as a share of
+   *  ImageRetrieval::typicalSimilarity(), that of frames of the same place. A lower value is
    *  faster, but connects long scans less well. */
   double key_similarity = 0.75;
-  /** Number of similar key images that each image is matched with (beyond exhaustive_limit). */
+  /** Number of similar key frames that each frame is matched with (beyond exhaustive_limit). */
   std::size_t num_similar = 12;
-  /** Number of similar key images that each key image is matched with. */
+  /** Number of similar key frames that each key frame is matched with. */
   std::size_t num_similar_keys = 60;
-  /** Number of images before and after in time that each image is matched with, when the order in
+  /** Number of frames before and after in time that each frame is matched with, when the order in
    *  time is known. */
   std::size_t num_neighbours_in_time = 2;
-  /** An image counts as blurred and is left out when its sharpness is below this share of the
+  /** A frame counts as blurred and is left out when its sharpness is below this share of the
    *  median sharpness of its neighbours in the graph. */
   double min_relative_sharpness = 0.3;
 
@@ -38,7 +38,7 @@ struct BUNDLE_ICP_EXPORT ImageGraphOptions {
   isValid(std::string* error = nullptr) const;
 };
 
-/** An image to add to the graph. */
+/** A frame to add to the graph. */
 struct ImageNode {
   Features features;
   double timestamp = 0; ///< [s]
@@ -51,7 +51,7 @@ struct ImageEdge {
 };
 
 /** The image graph of section 2.1: nodes N_i with their features, edges E_ij with their matches
- *  M_ij where |M_ij| >= M_th (equation 5). An image's index is its place in the order of append().
+ *  M_ij where |M_ij| >= M_th (equation 5). A frame's index is its place in the order of append().
  *  Only append() and releaseDescriptors() change the graph. */
 class BUNDLE_ICP_EXPORT ImageGraph {
 public:
@@ -65,20 +65,20 @@ public:
   ImageGraph&
   operator=(ImageGraph&&) noexcept;
 
-  /** Adds images and matches them with each other and with the images of the graph. Pointers and
+  /** Adds frames and matches them with each other and with the frames of the graph. Pointers and
    *  references to existing nodes and edges become invalid.
-   *  \param ordered_in_time true when close time stamps make two images likely neighbours
+   *  \param ordered_in_time true when close time stamps make two frames likely neighbours
    *  \return false when `progress` asked to stop; edges are then missing.
    *  \throws pcl::BadArgumentException after releaseDescriptors(). */
   bool
-  append(std::vector<ImageNode> images, bool ordered_in_time,
+  append(std::vector<ImageNode> frames, bool ordered_in_time,
          const ProgressCallback& progress = {});
 
-  /** Frees the descriptors, the largest part of a graph. Afterwards no images can be appended.
-   *  \param keep_key_images keeps the descriptors of key images: a mapper finds further matches
+  /** Frees the descriptors, the largest part of a graph. Afterwards no frames can be appended.
+   *  \param keep_key_frames keeps the descriptors of key frames: a mapper finds further matches
    *  with them. */
   void
-  releaseDescriptors(bool keep_key_images = false);
+  releaseDescriptors(bool keep_key_frames = false);
 
   std::size_t
   size() const;
@@ -87,29 +87,29 @@ public:
   camera() const;
 
   const Features&
-  features(std::size_t image) const;
+  features(std::size_t frame) const;
 
   double
-  timestamp(std::size_t image) const;
+  timestamp(std::size_t frame) const;
 
   /** Edges of a node in ascending order of the neighbour. */
   std::vector<ImageEdge>
-  edges(std::size_t image) const;
+  edges(std::size_t frame) const;
 
   std::size_t
   numEdges() const;
 
   /** Cor of equation (4): sum of the numbers of matches over all edges of the node. */
   std::size_t
-  correspondences(std::size_t image) const;
+  correspondences(std::size_t frame) const;
 
-  /** True for images chosen to cover the scan; true for all images when every pair was matched. */
+  /** True for frames chosen to cover the scan; true for all frames when every pair was matched. */
   bool
-  isKey(std::size_t image) const;
+  isKey(std::size_t frame) const;
 
-  /** Why an image is left out ("no other image ...", "blurred: ..."); empty when it takes part. */
+  /** Why a frame is left out ("no other frame ...", "blurred: ..."); empty when it takes part. */
   const std::string&
-  exclusion(std::size_t image) const;
+  exclusion(std::size_t frame) const;
 
 private:
   struct Impl;

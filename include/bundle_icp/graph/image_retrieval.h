@@ -28,46 +28,46 @@ struct BUNDLE_ICP_EXPORT RetrievalOptions {
  *  intra-normalisation (Arandjelovic, Zisserman, CVPR 2013). */
 class BUNDLE_ICP_EXPORT ImageRetrieval {
 public:
-  /** Trains the vocabulary on descriptors drawn evenly from all images. */
-  explicit ImageRetrieval(const std::vector<const Features*>& images,
+  /** Trains the vocabulary on descriptors drawn evenly from all frames. */
+  explicit ImageRetrieval(const std::vector<const Features*>& frames,
                           const RetrievalOptions& options = {});
 
-  /** Describes one more image and gives it the next index. */
+  /** Describes one more frame and gives it the next index. */
   void
-  add(const Features& image);
+  add(const Features& frame);
 
-  /** Number of images described so far. */
+  /** Number of frames described so far. */
   std::size_t
   size() const
   {
     return descriptors_.size();
   }
 
-  /** Cosine between the descriptors of two images: 1 = same, about 0 = unrelated. */
+  /** Cosine between the descriptors of two frames: 1 = same, about 0 = unrelated. */
   float
   similarity(std::size_t i, std::size_t j) const
   {
     return descriptors_[i].dot(descriptors_[j]);
   }
 
-  /** The `count` images of `among` most similar to `query`, best first, without `query`. */
+  /** The `count` frames of `among` most similar to `query`, best first, without `query`. */
   std::vector<std::size_t>
   mostSimilar(std::size_t query, const std::vector<std::size_t>& among, std::size_t count) const;
 
-  /** Typical similarity of images that show the same place in this scan: the median, over up to 100
-   *  images drawn evenly, of each image's similarity to its most similar image. Camera noise lowers
-   *  it together with all other similarities. 0 for fewer than two images. */
+  /** Typical similarity of frames that show the same place in this scan: the median, over up to 100
+   *  frames drawn evenly, of each frame's similarity to its most similar frame. Camera noise lowers
+   *  it together with all other similarities. 0 for fewer than two frames. */
   float
   typicalSimilarity() const;
 
-  /** An ascending subset: each image is at least `similarity` alike to an image of the subset. The
-   *  greedy k-centre choice (Gonzalez 1985), starting with image `first`. */
+  /** An ascending subset: each frame is at least `similarity` alike to a frame of the subset. The
+   *  greedy k-centre choice (Gonzalez 1985), starting with frame `first`. */
   std::vector<std::size_t>
   cover(std::size_t first, double similarity) const;
 
 private:
   Eigen::VectorXf
-  describe(const Features& image) const;
+  describe(const Features& frame) const;
 
   RetrievalOptions options_;
   Eigen::MatrixXf vocabulary_; ///< 128 x words

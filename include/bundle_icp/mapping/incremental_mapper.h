@@ -37,7 +37,7 @@ struct BUNDLE_ICP_EXPORT MappingSchedule {
   /** Number of frames registered against the same state of the model before its update. They do not
    *  depend on each other and run in parallel. */
   std::size_t batch_size = 4;
-  /** The model is adjusted each time its number of images has grown by this factor. */
+  /** The model is adjusted each time its number of frames has grown by this factor. */
   double adjustment_growth = 1.5;
   /** False: only poses and points around each batch of frames are adjusted. */
   bool global_adjustment = true;
@@ -63,9 +63,9 @@ struct BUNDLE_ICP_EXPORT MapperOptions {
 };
 
 /** The incremental sparse reconstruction of section 2.2. It starts with the pair of strongest
- *  correlation, adds the image of highest visibility by Bundle ICP (Algorithm 1), updates points
- *  and visibility, and adjusts the model as it grows. Images that fail are tried again later.
- *  Images that cannot be connected become a component of their own. */
+ *  correlation, adds the frame of highest visibility by Bundle ICP (Algorithm 1), updates points
+ *  and visibility, and adjusts the model as it grows. Frames that fail are tried again later.
+ *  Frames that cannot be connected become a component of their own. */
 class BUNDLE_ICP_EXPORT IncrementalMapper {
 public:
   using Ptr = std::shared_ptr<IncrementalMapper>;
@@ -76,13 +76,13 @@ public:
                     const MapperOptions& options = {});
   ~IncrementalMapper();
 
-  /** Registers all images that it can. The largest component is number 0.
+  /** Registers all frames that it can. The largest component is number 0.
    *  \return false when `progress` asked to stop; the model is then valid but incomplete. */
   bool
   run(SparseModel& model, const ProgressCallback& progress = {});
 
-  /** Outcome of each image of the graph. */
-  const std::vector<ImageRegistration>&
+  /** Outcome of each frame of the graph. */
+  const std::vector<FrameRegistration>&
   registrations() const;
 
   /** Corrections that were tested, and those that were applied. */

@@ -13,13 +13,13 @@
 
 namespace bundle_icp {
 
-/** A feature of an image that shows a point of the model. */
+/** A feature of a frame that shows a point of the model. */
 struct Observation {
-  std::size_t image = 0;
+  std::size_t frame = 0;
   int feature = 0;
 };
 
-/** A 3D point with its track: "the list of 2D point sets and their image indices". */
+/** A 3D point with its track: "the list of 2D point sets and their frame indices". */
 struct ScenePoint {
   Eigen::Vector3d position = Eigen::Vector3d::Zero(); ///< [m], world frame
   std::vector<Observation> track;                     ///< empty = removed
@@ -36,52 +36,52 @@ struct BUNDLE_ICP_EXPORT TrackOptions {
   isValid(std::string* error = nullptr) const;
 };
 
-/** Poses, points and tracks: the one state that a reconstruction changes. Images have the indices
+/** Poses, points and tracks: the one state that a reconstruction changes. Frames have the indices
  *  of the ImageGraph, which functions that need features and matches take as an argument. */
 class BUNDLE_ICP_EXPORT SparseModel {
 public:
-  explicit SparseModel(std::size_t num_images = 0);
+  explicit SparseModel(std::size_t num_frames = 0);
 
-  /** Makes room for images appended to the graph. */
+  /** Makes room for frames appended to the graph. */
   void
-  resize(std::size_t num_images);
+  resize(std::size_t num_frames);
 
   std::size_t
-  numImages() const
+  numFrames() const
   {
-    return images_.size();
+    return frames_.size();
   }
 
   bool
-  isRegistered(std::size_t image) const
+  isRegistered(std::size_t frame) const
   {
-    return images_[image].component >= 0;
+    return frames_[frame].component >= 0;
   }
 
-  /** Component of an image, -1 = not registered. Each component has its own world frame. */
+  /** Component of a frame, -1 = not registered. Each component has its own world frame. */
   int
-  component(std::size_t image) const
+  component(std::size_t frame) const
   {
-    return images_[image].component;
+    return frames_[frame].component;
   }
 
-  /** Registered images of a component in ascending order; -1 = all components. */
+  /** Registered frames of a component in ascending order; -1 = all components. */
   std::vector<std::size_t>
-  registeredImages(int component = -1) const;
+  registeredFrames(int component = -1) const;
 
   const Pose&
-  worldFromCamera(std::size_t image) const
+  worldFromCamera(std::size_t frame) const
   {
-    return images_[image].world_from_camera;
+    return frames_[frame].world_from_camera;
   }
 
   void
-  setWorldFromCamera(std::size_t image, const Pose& world_from_camera)
+  setWorldFromCamera(std::size_t frame, const Pose& world_from_camera)
   {
-    images_[image].world_from_camera = world_from_camera;
+    frames_[frame].world_from_camera = world_from_camera;
   }
 
-  /** Difference of the camera from ImageGraph::camera(); all images share it. */
+  /** Difference of the camera from ImageGraph::camera(); all frames share it. */
   const Calibration&
   calibration() const
   {
@@ -94,79 +94,79 @@ public:
     calibration_ = calibration;
   }
 
-  /** Error that all pixels of an image's depth share, in units of the camera's depth_noise. */
+  /** Error that all pixels of a frame's depth share, in units of the camera's depth_noise. */
   const DepthError&
-  depthError(std::size_t image) const
+  depthError(std::size_t frame) const
   {
-    return images_[image].depth_error;
+    return frames_[frame].depth_error;
   }
 
   void
-  setDepthError(std::size_t image, const DepthError& error)
+  setDepthError(std::size_t frame, const DepthError& error)
   {
-    images_[image].depth_error = error;
+    frames_[frame].depth_error = error;
   }
 
-  /** Motion of the scene in the camera frame while the image was taken [rad/s, m/s]: after t
+  /** Motion of the scene in the camera frame while the frame was taken [rad/s, m/s]: after t
    *  seconds a point X of the camera frame lies at increment(t motion) * X. */
   const Vector6d&
-  motion(std::size_t image) const
+  motion(std::size_t frame) const
   {
-    return images_[image].motion;
+    return frames_[frame].motion;
   }
 
   void
-  setMotion(std::size_t image, const Vector6d& motion)
+  setMotion(std::size_t frame, const Vector6d& motion)
   {
-    images_[image].motion = motion;
+    frames_[frame].motion = motion;
   }
 
   /** Motion of the camera frame between the times of colour and depth. */
   Pose
-  depthFromColor(std::size_t image) const
+  depthFromColor(std::size_t frame) const
   {
-    return increment(calibration_[CalibrationParameter::TIME_OFFSET] * images_[image].motion);
+    return increment(calibration_[CalibrationParameter::TIME_OFFSET] * frames_[frame].motion);
   }
 
-  /** Pose of the camera when the depth of the image was taken. */
+  /** Pose of the camera when the depth of the frame was taken. */
   Pose
-  worldFromDepth(std::size_t image) const
+  worldFromDepth(std::size_t frame) const
   {
-    return images_[image].world_from_camera * depthFromColor(image).inverse();
+    return frames_[frame].world_from_camera * depthFromColor(frame).inverse();
   }
 
-  /** Registers an image; its features join no tracks. */
+  /** Registers a frame; its features join no tracks. */
   void
-  registerImage(std::size_t image, const Pose& world_from_camera, int component);
+  registerFrame(std::size_t frame, const Pose& world_from_camera, int component);
 
-  /** Registers an image and updates the points. Along each edge to a registered image of the
+  /** Registers a frame and updates the points. Along each edge to a registered frame of the
    *  component, matched features join the neighbour's track, start a track or join two tracks. */
   void
-  registerImage(const ImageGraph& graph, std::size_t image, const Pose& world_from_camera,
+  registerFrame(const ImageGraph& graph, std::size_t frame, const Pose& world_from_camera,
                 int component, const TrackOptions& options);
 
-  /** Builds the tracks of an image again from its present pose, see registerImage(). */
+  /** Builds the tracks of a frame again from its present pose, see registerFrame(). */
   void
-  extendTracks(const ImageGraph& graph, std::size_t image, const TrackOptions& options);
+  extendTracks(const ImageGraph& graph, std::size_t frame, const TrackOptions& options);
 
-  /** Joins matches of two registered images to tracks as extendTracks() does; no edge between the
-   *  images is needed. Images without tracks are ignored. */
+  /** Joins matches of two registered frames to tracks as extendTracks() does; no edge between the
+   *  frames is needed. Frames without tracks are ignored. */
   void
   joinMatches(const ImageGraph& graph, std::size_t first, std::size_t second,
               const std::vector<FeatureMatch>& matches, const TrackOptions& options);
 
-  /** Drops the tracks of a component and builds them again for each of its images that had any. */
+  /** Drops the tracks of a component and builds them again for each of its frames that had any. */
   void
   rebuildTracks(const ImageGraph& graph, int component, const TrackOptions& options);
 
-  /** Visibility V of equation (4): the number of the image's features that match a feature of a
-   *  registered image of the component, where that feature is part of a 3D point. */
+  /** Visibility V of equation (4): the number of the frame's features that match a feature of a
+   *  registered frame of the component, where that feature is part of a 3D point. */
   std::size_t
-  visibility(const ImageGraph& graph, std::size_t image, int component) const;
+  visibility(const ImageGraph& graph, std::size_t frame, int component) const;
 
   /** Index of a feature's point, -1 = none. */
   int
-  pointOf(std::size_t image, int feature) const;
+  pointOf(std::size_t frame, int feature) const;
 
   /** Points in order of creation. A point with an empty track has been removed. */
   const std::vector<ScenePoint>&
@@ -191,7 +191,7 @@ public:
   transform(int component, const Pose& new_from_old);
 
 private:
-  struct Image {
+  struct Frame {
     Pose world_from_camera = Pose::Identity();
     int component = -1;
     DepthError depth_error = DepthError::Zero();
@@ -212,7 +212,7 @@ private:
   void
   removeObservation(const Observation& observation);
 
-  std::vector<Image> images_;
+  std::vector<Frame> frames_;
   std::vector<ScenePoint> points_;
   Calibration calibration_;
 };

@@ -9,8 +9,8 @@
 
 namespace bundle_icp {
 
-/** The points of a component as a cloud (world frame, metres), in the colours of the images that
- *  see them. With `cameras`, each registered image adds a red point at its camera centre. */
+/** The points of a component as a cloud (world frame, metres), in the colours of the frames that
+ *  see them. With `cameras`, each registered frame adds a red point at its camera centre. */
 BUNDLE_ICP_EXPORT pcl::PointCloud<pcl::PointXYZRGB>::Ptr
 toPointCloud(const ImageGraph& graph, const SparseModel& model, int component, bool cameras = true);
 

@@ -11,23 +11,23 @@ namespace bundle_icp {
 
 /** How selfCalibrate() works. */
 struct BUNDLE_ICP_EXPORT SelfCalibrationOptions {
-  /** True: corrections to the camera are tested. False: only the depth error of each image is
+  /** True: corrections to the camera are tested. False: only the depth error of each frame is
    *  tested, for a camera that an earlier scan has calibrated. */
   bool camera = true;
-  /** True: the test includes a DepthError of its own for each image. */
+  /** True: the test includes a DepthError of its own for each frame. */
   bool depth_errors = true;
-  /** Maximum number of images in the test, those that share most points. All give the final
+  /** Maximum number of frames in the test, those that share most points. All give the final
    *  values. */
-  std::size_t max_images = 40;
+  std::size_t max_frames = 40;
   /** Minimum number of observations of a point: other points say little about the camera. */
   std::size_t min_track_length = 4;
-  /** A correction is applied when it lowers the cost per image of held-back observations by more
+  /** A correction is applied when it lowers the cost per frame of held-back observations by more
    *  than this many standard errors of the mean... */
   double significance = 3;
   /** ... and by more than this share. */
   double min_gain = 0.005;
-  /** Minimum number of images; with fewer nothing is tested. */
-  std::size_t min_images = 8;
+  /** Minimum number of frames; with fewer nothing is tested. */
+  std::size_t min_frames = 8;
   /** Iterations of each adjustment of the test. */
   int max_iterations = 6;
   /** Threads to use, 0 = all. */
@@ -40,27 +40,27 @@ struct BUNDLE_ICP_EXPORT SelfCalibrationOptions {
 /** A correction that was tested: one or more parameters that only make sense together. */
 struct CalibrationTest {
   std::string name;                             ///< "focal length", for example
-  std::vector<CalibrationParameter> parameters; ///< empty: the DepthError of each image
+  std::vector<CalibrationParameter> parameters; ///< empty: the DepthError of each frame
   bool applied = false;
   double gain = 0;         ///< share by which the cost of held-back observations fell
-  double significance = 0; ///< mean of the gain per image over the standard error of the mean
+  double significance = 0; ///< mean of the gain per frame over the standard error of the mean
 };
 
 /** Result of selfCalibrate(). */
 struct SelfCalibrationResult {
   std::vector<CalibrationTest> tests;           ///< all corrections, applied or not
   std::vector<CalibrationParameter> calibrated; ///< parameters of the applied corrections
-  bool depth_errors = false;                    ///< each image has a DepthError of its own
+  bool depth_errors = false;                    ///< each frame has a DepthError of its own
 };
 
 /** Finds the corrections that the scan supports. One after the other, the correction is added that
  *  best predicts held-back observations, as long as its gain is significant. Afterwards the model
- *  holds the calibration fitted to the images that took part, with its deviations. adjustBundle()
- *  with the result refines the calibration with all images, beyond these deviations.
- *  \param images that may take part; their motions in the model must be set
+ *  holds the calibration fitted to the frames that took part, with its deviations. adjustBundle()
+ *  with the result refines the calibration with all frames, beyond these deviations.
+ *  \param frames that may take part; their motions in the model must be set
  *  \throws pcl::BadArgumentException for invalid options */
 BUNDLE_ICP_EXPORT SelfCalibrationResult
-selfCalibrate(const ImageGraph& graph, const std::vector<std::size_t>& images,
+selfCalibrate(const ImageGraph& graph, const std::vector<std::size_t>& frames,
               const BundleAdjustmentOptions& adjustment, const SelfCalibrationOptions& options,
               SparseModel& model);
 

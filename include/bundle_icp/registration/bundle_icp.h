@@ -2,7 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #pragma once
 
-#include <bundle_icp/registration/point_alignment.h>
+#include <bundle_icp/registration/impl/point_alignment.h>
 
 #include <pcl/point_types.h>
 #include <pcl/registration/registration.h>

@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #pragma once
 
+#include <bundle_icp/common/pose_estimate.h>
 #include <bundle_icp/model/sparse_model.h>
 #include <bundle_icp/virtual_depth/virtual_depth.h>
 
@@ -38,7 +39,7 @@ struct BUNDLE_ICP_EXPORT FrameRegistrationOptions {
   double max_position_deviation = 0.03;
   /** Largest standard deviation of a frame's rotation about any axis [rad], likewise. */
   double max_rotation_deviation = 0.03;
-  /** All pixels of a depth image share an error that does not average out over the image. This is
+  /** All pixels of a depth image share an error that does not average out over the frame. This is
    *  the standard deviation of the error in sigmas of DepthNoise, as a shift and as a tilt per unit
    *  of x / z. It limits the weight of dense evidence, unless self-calibration finds that the scan
    *  does not support such errors. */
@@ -48,8 +49,8 @@ struct BUNDLE_ICP_EXPORT FrameRegistrationOptions {
   isValid(std::string* error = nullptr) const;
 };
 
-/** Outcome of the registration of a frame. */
-struct ImageRegistration {
+/** Outcome of the registration of a frame: its pose and what supports it. */
+struct FrameRegistration : PoseEstimate {
   bool registered = false;
   std::string reason;      ///< why the frame is not registered
   std::size_t matches = 0; ///< visual correspondences to registered frames
@@ -57,6 +58,7 @@ struct ImageRegistration {
   /** RMS distance to the virtual depth [m]. 0 = the frame was not aligned: it is no key frame, and
    *  alignment could not have improved its pose. */
   double icp_rmse = 0;
+  double overlap = 0;       ///< share of the frame's depth that lies on the virtual depth
   bool by_geometry = false; ///< registered without visual evidence
   /** Largest standard deviation in any direction, given the model at the time of registration: of
    *  the camera's position [m] and of its rotation [rad]. */
@@ -67,6 +69,6 @@ struct ImageRegistration {
 /** Gives the view of a frame: its depth prepared and corrected by the model's calibration and the
  *  frame's DepthError. Several threads call the function at once. */
 using DepthViewProvider =
-    std::function<std::shared_ptr<const DepthView>(std::size_t image, const SparseModel& model)>;
+    std::function<std::shared_ptr<const DepthView>(std::size_t frame, const SparseModel& model)>;
 
 } // namespace bundle_icp

@@ -31,21 +31,11 @@ struct BUNDLE_ICP_EXPORT VisualPoseOptions {
   isValid(std::string* error = nullptr) const;
 };
 
-/** A pose and what supports it. */
-struct VisualPose {
-  Pose world_from_source = Pose::Identity();
-  std::size_t inliers = 0; ///< correspondences that support the pose
-  double rmse = 0;         ///< RMS distance of the inliers [m]
-  /** Observed over expected standard deviation of the inliers, at least 1: the weights are too
-   *  optimistic by this factor. */
-  double scale = 1;
-};
-
-/** The initial pose T*_new of Algorithm 1, line 2: robust least squares over the distances of all
- *  correspondences, see robustRigidAlignment(). Unset when there are fewer than min_inliers or no
- *  consensus. \throws pcl::BadArgumentException when the lists differ in length, a value is not
- *  finite or a weight is not positive. */
-BUNDLE_ICP_EXPORT std::optional<VisualPose>
+/** The initial pose T*_new (world_from_source) of Algorithm 1, line 2: robust least squares over
+ *  the distances of all correspondences, see robustRigidAlignment(). Unset when there are fewer
+ *  than min_inliers or no consensus. \throws pcl::BadArgumentException when the lists differ in
+ *  length, a value is not finite or a weight is not positive. */
+BUNDLE_ICP_EXPORT std::optional<RigidAlignment>
 estimateVisualPose(const VisualCorrespondences& correspondences,
                    const VisualPoseOptions& options = {});
 

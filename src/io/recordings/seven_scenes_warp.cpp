@@ -96,14 +96,14 @@ warpSevenScenesColor(const cv::Mat& color, const cv::Mat& depth)
 {
   const cv::Mat filled = fillHoles(depth);
   const double zoom = COLOR_FOCAL / DEPTH_FOCAL;
-  const float parallax = static_cast<float>(COLOR_FOCAL * BASELINE * 1000); // [px mm]
+  const float parallax = float(COLOR_FOCAL * BASELINE * 1000); // [px mm]
   cv::Mat map_x(depth.size(), CV_32FC1), map_y(depth.size(), CV_32FC1);
   for (int y = 0; y < depth.rows; ++y) {
     map_y.row(y).setTo(zoom * (y - CENTER_Y) + CENTER_Y + SHIFT_Y);
     const std::uint16_t* const z = filled.ptr<std::uint16_t>(y);
     float* const out = map_x.ptr<float>(y);
     for (int x = 0; x < depth.cols; ++x)
-      out[x] = static_cast<float>(zoom * (x - CENTER_X) + CENTER_X) + parallax / z[x];
+      out[x] = float(zoom * (x - CENTER_X) + CENTER_X) + parallax / z[x];
   }
   cv::Mat warped;
   cv::remap(color, warped, map_x, map_y, cv::INTER_LINEAR, cv::BORDER_REPLICATE);

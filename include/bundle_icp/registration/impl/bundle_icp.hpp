@@ -38,8 +38,8 @@ public:
                  std::vector<float>& squared_distances) const override
   {
     // What getFitnessScore() reads even when nothing was found: beyond any range.
-    indices.assign(static_cast<std::size_t>(k), 0);
-    squared_distances.assign(static_cast<std::size_t>(k), std::numeric_limits<float>::infinity());
+    indices.assign(std::size_t(k), 0);
+    squared_distances.assign(std::size_t(k), std::numeric_limits<float>::infinity());
     if (!pcl::isFinite(point) || !build())
       return 0;
     return Tree::nearestKSearch(point, k, indices, squared_distances);
@@ -222,7 +222,7 @@ BundleICP<PointSource, PointTarget, Scalar>::makeProblem()
     query.y = xyz[1];
     query.z = xyz[2];
     thread_local std::vector<float> squared_distances;
-    indices.resize(static_cast<std::size_t>(
+    indices.resize(std::size_t(
         std::max(0, this->tree_->nearestKSearch(query, k, indices, squared_distances))));
   };
   if (render_)
@@ -259,21 +259,18 @@ BundleICP<PointSource, PointTarget, Scalar>::computeTransformation(PointCloudSou
       this->update_visualizer_(moved, source, *rendered_, target);
     };
   // Algorithm 1, line 2: T*_new, the guess where the correspondences support no pose
-  const std::optional<VisualPose> visual = estimateVisualPose(problem.visual);
+  const std::optional<RigidAlignment> visual = estimateVisualPose(problem.visual);
   if (visual)
     problem.visual_scale = visual->scale;
   else
     problem.visual = {};
-  const Alignment alignment =
-      alignPoints(problem, visual ? visual->world_from_source : closestPose(start));
-  result_ = alignment.result;
+  result_ = alignPoints(problem, visual ? visual->target_from_source : closestPose(start));
   this->nr_iterations_ = result_.iterations;
   this->converged_ = bundle_icp::hasConverged(result_.status);
-  this->final_transformation_ = alignment.world_from_source.matrix().template cast<Scalar>();
-  this->transformation_ = alignment.last_step.matrix().template cast<Scalar>();
-  this->previous_transformation_ = (alignment.last_step.inverse() * alignment.world_from_source)
-                                       .matrix()
-                                       .template cast<Scalar>();
+  this->final_transformation_ = result_.world_from_source.matrix().template cast<Scalar>();
+  this->transformation_ = result_.last_step.matrix().template cast<Scalar>();
+  this->previous_transformation_ =
+      (result_.last_step.inverse() * result_.world_from_source).matrix().template cast<Scalar>();
   detail::transformPoints(output, output, this->final_transformation_);
 }
 

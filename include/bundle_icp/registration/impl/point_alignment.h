@@ -3,6 +3,7 @@
 #pragma once
 
 #include <bundle_icp/common/camera_intrinsics.h>
+#include <bundle_icp/registration/bundle_icp_result.h>
 #include <bundle_icp/registration/visual_pose.h>
 
 #include <pcl/point_cloud.h>
@@ -15,59 +16,6 @@
 #include <vector>
 
 namespace bundle_icp {
-
-/** Outcome of BundleICP::align(). */
-enum class BundleICPStatus {
-  NOT_RUN,                 ///< align() has not run since the inputs were set
-  CONVERGED,               ///< the last step was smaller than the epsilons
-  MAX_ITERATIONS,          ///< the limit stopped the loop; the pose is that of the last iteration
-  TOO_FEW_CORRESPONDENCES, ///< source and target do not meet; the pose is the initial pose
-  NO_OVERLAP,              ///< the clouds do not meet at the last pose, or contradict each other
-  REFINEMENT_REJECTED,     ///< ICP contradicts the visual evidence, which gives the pose
-  INVALID_INPUT            ///< nothing was computed; the reason was printed
-};
-
-/** Name of a status, as it is written here. */
-BUNDLE_ICP_EXPORT const char*
-toString(BundleICPStatus status);
-
-/** Whether the clouds meet at the final pose. */
-constexpr bool
-hasConverged(BundleICPStatus status)
-{
-  return status == BundleICPStatus::CONVERGED || status == BundleICPStatus::MAX_ITERATIONS;
-}
-
-/** Result of align() beside the pose. */
-struct BUNDLE_ICP_EXPORT BundleICPResult {
-  BundleICPStatus status = BundleICPStatus::NOT_RUN;
-  bool projective = false;          ///< points were associated by projection, not by kd-tree
-  bool visual_initial_pose = false; ///< the start was the visual pose, not the guess
-  std::size_t inliers = 0;          ///< used source points that lie near points of the target
-  double overlap = 0;               ///< inliers over used source points, 0 to 1
-  /** Share of the informative source points that support the pose, 0 to 1. Not informative: points
-   *  that the target's camera could not see; without a camera, points far from the target. */
-  double agreement = 0;
-  double rmse = 0;                ///< RMS distance of the inliers to the target's surface [m]
-  std::size_t visual_inliers = 0; ///< visual correspondences that agree with the pose
-  double visual_rmse = 0;         ///< RMS distance of these visual inliers [m]
-  int iterations = 0;
-  int renderings = 0; ///< number of times that the virtual depth was rendered again
-  /** Dense evidence alone: the most likely pose is `dense_pose`; `information` is that of motions
-   *  increment(delta) of `dense_pose`. Without visual correspondences `dense_pose` is the final
-   *  pose. With them, the sum of dense and visual evidence counts each once. The noise of
-   *  neighbouring pixels is correlated: a patch of 9 x 9 pixels at a focal length of 525 px (the
-   *  window of structured light) counts as one measurement. */
-  Matrix6d information = Matrix6d::Zero();
-  Pose dense_pose = Pose::Identity();
-  /** Unit motions delta (as above) that the surfaces do not constrain, for example sliding along a
-   *  plane. Along these motions ICP adds nothing to what the visual correspondences say. */
-  std::vector<Vector6d> degenerate_directions;
-
-  /** One line: status, overlap, distance, iterations. */
-  std::string
-  summary() const;
-};
 
 /** Points of a cloud of any type: entry i lies at xyz + i * stride. */
 struct PointsView {
@@ -88,8 +36,8 @@ viewPoints(const pcl::PointCloud<PointT>& cloud)
   view.xyz = &cloud.front().x;
   view.stride = sizeof(PointT) / sizeof(float);
   view.size = cloud.size();
-  view.width = static_cast<int>(cloud.width);
-  view.height = static_cast<int>(cloud.height);
+  view.width = int(cloud.width);
+  view.height = int(cloud.height);
   if constexpr (pcl::traits::has_normal<PointT>::value)
     view.normals = &cloud.front().normal_x;
   return view;
@@ -102,7 +50,7 @@ struct AlignmentProblem {
   std::optional<CameraIntrinsics> camera;
   Pose world_from_virtual = Pose::Identity();
   /** Visual correspondences that gave the start pose (Algorithm 1, line 1), may be empty, and
-   *  VisualPose::scale of their robust fit. */
+   *  RigidAlignment::scale of their robust fit. */
   VisualCorrespondences visual;
   double visual_scale = 1;
 
@@ -130,16 +78,9 @@ struct AlignmentProblem {
       on_iteration;
 };
 
-/** Result of alignPoints(). */
-struct Alignment {
-  Pose world_from_source = Pose::Identity();
-  Pose last_step = Pose::Identity(); ///< motion of the last iteration
-  BundleICPResult result;
-};
-
 /** Algorithm 1 of the paper, lines 4 to 7: ICP that starts from the pose T*_new of line 2. The
  *  result does not depend on the number of threads. */
-BUNDLE_ICP_EXPORT Alignment
+BUNDLE_ICP_EXPORT BundleICPResult
 alignPoints(const AlignmentProblem& problem, const Pose& start);
 
 } // namespace bundle_icp

@@ -20,7 +20,7 @@ struct ColorObservation {
 };
 
 /** How estimateColorGains() works. */
-struct BUNDLE_ICP_EXPORT ColorGainOptions {
+struct ColorGainOptions {
   double color_sigma = 0.1; ///< relative deviation of a colour by noise and gloss, 0.001 to 1
   /** Relative deviation of gains from 1; holds the gains of frames that share nothing with other
    *  frames, 0.001 to 1. */
@@ -40,7 +40,7 @@ struct BUNDLE_ICP_EXPORT ColorGainOptions {
  *  count, because cameras clip them.
  *  \param num_frames the frames' numbers are smaller; a frame without observations gets gain 1
  *  \throws pcl::BadArgumentException for invalid options or an observation of another frame. */
-BUNDLE_ICP_EXPORT std::vector<Eigen::Vector3f>
+std::vector<Eigen::Vector3f>
 estimateColorGains(const std::vector<ColorObservation>& observations, std::size_t num_frames,
                    const ColorGainOptions& options = {});
 
