@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <map>
 
 namespace bundle_icp {
@@ -24,14 +25,16 @@ using Samples = std::vector<Sample>; ///< of one point
  *  samples tell hardly more. */
 constexpr std::size_t MAX_SAMPLES = 30;
 
-/** At most MAX_SAMPLES of the samples, evenly distributed. */
+/** At most MAX_SAMPLES of a point's samples, evenly distributed. Where they begin differs from point
+ *  to point: else a frame might be left out of all the points that the same frames see. */
 Samples
-thinned(Samples samples)
+thinned(Samples samples, std::size_t point)
 {
   if (samples.size() <= MAX_SAMPLES)
     return samples;
+  const std::size_t begin = std::uint32_t(point * 0x9e3779b1u) % samples.size();
   for (std::size_t k = 0; k < MAX_SAMPLES; ++k)
-    samples[k] = samples[k * samples.size() / MAX_SAMPLES];
+    samples[k] = samples[(k * samples.size() + begin) / MAX_SAMPLES];
   samples.resize(MAX_SAMPLES);
   return samples;
 }
@@ -50,7 +53,7 @@ samplesOf(const std::vector<ColorObservation>& observations, int channel)
   std::vector<Samples> points;
   for (auto& [point, samples] : by_point)
     if (samples.size() > 1)
-      points.push_back(thinned(std::move(samples)));
+      points.push_back(thinned(std::move(samples), points.size()));
   return points;
 }
 

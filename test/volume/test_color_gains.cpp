@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "messages.h"
-
 #include "volume/color_gains.h"
 
 #include <gtest/gtest.h>
