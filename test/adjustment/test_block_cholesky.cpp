@@ -2,8 +2,9 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "adjustment/block_cholesky.h"
 
+#include "variants.h"
+
 #include <Eigen/Dense>
-#include <gtest/gtest.h>
 
 #include <random>
 
@@ -78,4 +79,93 @@ TEST(BlockCholesky, OfNothingIsNothing)
   BlockCholesky<6> cholesky{BlockStructure{std::vector<std::vector<int>>{}}};
   EXPECT_TRUE(cholesky.factorise({}));
   EXPECT_EQ(cholesky.solve(Eigen::MatrixXd(0, 2)).size(), 0);
+}
+
+TEST(BlockCholesky, IsTheSameForAnySimdVariant)
+{
+  const Example<9> example;
+  const Eigen::MatrixXd right = Eigen::MatrixXd::Ones(example.matrix.rows(), 2);
+  Eigen::MatrixXd first;
+  test::forEachVariant([&] {
+    BlockCholesky<9> cholesky(example.structure);
+    ASSERT_TRUE(cholesky.factorise(example.blocks));
+    const Eigen::MatrixXd solution = cholesky.solve(right);
+    if (first.size() == 0)
+      first = solution;
+    EXPECT_EQ(solution, first);
+  });
+}
+
+TEST(BlockCholesky, FactorisesAgainAfterAMatrixThatIsNotPositive)
+{
+  Example<6> example;
+  BlockCholesky<6> cholesky(example.structure);
+  std::vector<PaddedBlock<6>> negative = example.blocks;
+  negative.front().diagonal().setConstant(-1);
+  EXPECT_FALSE(cholesky.factorise(negative));
+  ASSERT_TRUE(cholesky.factorise(example.blocks));
+  const Eigen::MatrixXd right = Eigen::MatrixXd::Ones(example.matrix.rows(), 1);
+  EXPECT_LT((example.matrix * cholesky.solve(right) - right).norm(), 1e-10);
+}
+
+TEST(BlockCholesky, BlocksApartAreSolvedApart)
+{
+  // Only the diagonal: each block is a system of its own, whatever the others are.
+  const BlockStructure structure{std::vector<std::vector<int>>{{0}, {1}, {2}}};
+  std::vector<PaddedBlock<6>> blocks(3, PaddedBlock<6>::Zero());
+  for (int k = 0; k < 3; ++k)
+    blocks[std::size_t(k)].diagonal().setConstant(k + 2);
+  BlockCholesky<6> cholesky(structure);
+  ASSERT_TRUE(cholesky.factorise(blocks));
+  const Eigen::MatrixXd solution = cholesky.solve(Eigen::MatrixXd::Ones(18, 1));
+  for (int k = 0; k < 18; ++k)
+    EXPECT_DOUBLE_EQ(solution(k), 1.0 / (k / 6 + 2));
+}
+
+TEST(BlockStructure, FindsItsBlocks)
+{
+  const BlockStructure structure{std::vector<std::vector<int>>{{0, 2, 5}, {1}, {2, 5}, {}}};
+  EXPECT_EQ(structure.numColumns(), 4u);
+  EXPECT_EQ(structure.find(0, 0), 0u);
+  EXPECT_EQ(structure.find(5, 0), 2u);
+  EXPECT_EQ(structure.find(1, 1), 3u);
+  EXPECT_EQ(structure.find(5, 2), 5u);
+}
+
+namespace {
+
+template <int SIZE>
+void
+expectProducts()
+{
+  using Factor = Eigen::Matrix<double, PaddedBlock<SIZE>::RowsAtCompileTime, 3>;
+  std::vector<Factor> factors;
+  std::vector<PaddedBlock<SIZE>> blocks;
+  for (int k = 0; k < 4; ++k) {
+    factors.push_back(Factor::Random());
+    blocks.push_back(PaddedBlock<SIZE>::Random());
+  }
+  std::vector<PaddedBlock<SIZE>> before = blocks;
+  std::vector<const double*> a;
+  std::vector<double*> targets;
+  for (std::size_t k = 0; k < 3; ++k) { // the last one is left alone
+    a.push_back(factors[k].data());
+    targets.push_back(blocks[k].data());
+  }
+  subtractProducts<SIZE, 3>(factors[1].data(), a.data(), targets.data(), a.size());
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto product = factors[k] * factors[1].template topRows<SIZE>().transpose();
+    EXPECT_LT((before[k] - product - blocks[k]).template topRows<SIZE>().norm(), 1e-13);
+  }
+  EXPECT_EQ(blocks[3], before[3]);
+}
+
+} // namespace
+
+TEST(SubtractProducts, TakeTheProductsOfTheirFactors)
+{
+  test::forEachVariant([] {
+    expectProducts<6>();
+    expectProducts<9>();
+  });
 }

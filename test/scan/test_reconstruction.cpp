@@ -1,111 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
-#include <bundle_icp/reconstruction.h>
-
 #include "messages.h"
+#include "scan/frames.h"
 #include "temporary_folder.h"
 
-#include <bundle_icp/common/rigid_alignment.h>
-#include <bundle_icp/simulation/synthetic_scan.h>
-
-#include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
-#include <pcl/exceptions.h>
 
 #include <algorithm>
 #include <map>
-#include <set>
 
 using namespace bundle_icp;
+using namespace bundle_icp::test;
 
 namespace {
-
-const SyntheticScan&
-room()
-{
-  static const SyntheticScan scan = [] {
-    SyntheticScanOptions options;
-    options.num_frames = 40;
-    options.width = 320;
-    options.height = 240;
-    options.focal_length = 262.5;
-    return SyntheticScan(options);
-  }();
-  return scan;
-}
-
-/** Some frames of the room in any order; bad ones cannot be read. */
-class Frames : public RGBDDataset {
-public:
-  explicit Frames(std::vector<std::size_t> frames, std::set<std::size_t> bad = {})
-  : frames_(std::move(frames)), bad_(std::move(bad))
-  {
-    for (const std::size_t i : frames_)
-      images_.push_back(image(i));
-  }
-
-  std::size_t
-  size() const override
-  {
-    return frames_.size();
-  }
-  const CameraIntrinsics&
-  camera() const override
-  {
-    return room().camera();
-  }
-  std::size_t
-  id(std::size_t index) const override
-  {
-    return frames_[index];
-  }
-  double
-  timestamp(std::size_t index) const override
-  {
-    return room().timestamp(frames_[index]);
-  }
-  std::string
-  name(std::size_t index) const override
-  {
-    return "frame " + std::to_string(frames_[index]);
-  }
-  RGBDFrame
-  read(std::size_t index) const override
-  {
-    if (bad_.count(frames_[index]))
-      throw pcl::IOException(name(index) + ".png is truncated");
-    return images_[index];
-  }
-
-private:
-  static const RGBDFrame&
-  image(std::size_t frame)
-  {
-    static std::vector<RGBDFrame> rendered(room().size());
-    if (rendered[frame].color.empty())
-      rendered[frame] = room().read(frame);
-    return rendered[frame];
-  }
-
-  std::vector<std::size_t> frames_;
-  std::set<std::size_t> bad_;
-  std::vector<RGBDFrame> images_;
-};
-
-std::vector<std::size_t>
-everyFourth()
-{
-  return {0, 4, 8, 12, 16, 20, 24, 28};
-}
-
-ReconstructionOptions
-withoutMesh()
-{
-  ReconstructionOptions options;
-  options.make_mesh = false;
-  return options;
-}
 
 const FrameReport&
 reportOf(const ReconstructionResult& result, std::size_t id)
@@ -144,13 +51,6 @@ largestError(const ReconstructionResult& result)
                                    (first * room().worldFromCamera(frame.id)).translation())
                                       .norm());
   return largest;
-}
-
-const ReconstructionResult&
-reference()
-{
-  static const ReconstructionResult result = reconstruct(Frames(everyFourth()), withoutMesh());
-  return result;
 }
 
 } // namespace
@@ -359,61 +259,4 @@ TEST(Reconstruct, RefusesInvalidOptionsAndEmptyDatasets)
   EXPECT_CONTAINS(message(options), "voxel_size");
   EXPECT_CONTAINS(messageOf<pcl::BadArgumentException>([] { reconstruct(Frames({})); }),
                   "reconstruct: the dataset has no frames");
-}
-
-TEST(WriteReconstruction, WritesAllFilesAndTheReport)
-{
-  const Frames frames(everyFourth(), {8});
-  ReconstructionOptions options;
-  options.volume.voxel_size = 0.02;
-  options.volume.truncation = 0.08;
-  ReconstructionResult result = reconstruct(frames, options);
-  result.frames[1].depth_error << 0.5, -1, 2;
-  const TemporaryFolder folder;
-  writeReconstruction(folder.path("new/out"), frames, options, result);
-  for (const char* file : {"trajectory.txt", "sparse.ply", "mesh.ply", "mesh.png", "trajectory.png",
-                           "calibration.json", "report.json"})
-    EXPECT_GT(readText(folder.path("new/out/") + file).size(), 100u) << file;
-  EXPECT_GT(result.mesh.polygons.size(), 1000u);
-  EXPECT_EQ(readTrajectory(folder.path("new/out/trajectory.txt")).size(), 7u);
-
-  const auto report = nlohmann::json::parse(readText(folder.path("new/out/report.json")));
-  for (const char* key : {"version", "frames", "components", "timing_s", "peak_memory_bytes",
-                          "calibration", "options"})
-    EXPECT_TRUE(report.contains(key)) << key;
-  ASSERT_EQ(report["frames"].size(), 8u);
-  for (const auto& frame : report["frames"]) {
-    for (const char* key : {"id", "timestamp", "registered", "matches", "inliers", "icp_rmse"})
-      EXPECT_TRUE(frame.contains(key)) << key;
-    EXPECT_EQ(frame["registered"].get<bool>(), frame["id"] != 8);
-    EXPECT_EQ(frame.contains("reason"), frame["id"] == 8);
-  }
-  EXPECT_EQ(report["frames"][1]["depth_error"], nlohmann::json({0.5, -1, 2}));
-  EXPECT_FALSE(report["frames"][0].contains("depth_error"));
-  EXPECT_EQ(report["components"][0]["frames"], 7);
-  for (const char* stage : {"features", "matching", "registration", "surface"})
-    EXPECT_TRUE(report["timing_s"].contains(stage)) << stage;
-}
-
-TEST(WriteReconstruction, AFailureStillGetsAReport)
-{
-  const Frames frames({0, 4}, {4});
-  const ReconstructionResult result = reconstruct(frames, withoutMesh());
-  const TemporaryFolder folder;
-  writeReconstruction(folder.path(), frames, withoutMesh(), result);
-  const auto report = nlohmann::json::parse(readText(folder.path("report.json")));
-  EXPECT_TRUE(report["components"].empty());
-  EXPECT_CONTAINS(report["frames"][1]["reason"].get<std::string>(), "is truncated");
-  EXPECT_EQ(readText(folder.path("trajectory.txt")), "");
-}
-
-TEST(WriteReconstruction, NamesTheFolderThatCannotBeMade)
-{
-  const TemporaryFolder folder;
-  writeText(folder.path("file"), "not a folder");
-  const std::string path = folder.path("file/out");
-  EXPECT_CONTAINS(messageOf<pcl::IOException>([&] {
-                    writeReconstruction(path, Frames(everyFourth()), withoutMesh(), reference());
-                  }),
-                  path);
 }
