@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#include "adjustment/held_back.h"
 #include "adjustment/landmark_scene.h"
 #include "messages.h"
 
