@@ -3,6 +3,7 @@
 #pragma once
 
 #include <bundle_icp/common/camera_intrinsics.h>
+#include <bundle_icp/common/finding.h>
 #include <bundle_icp/common/rgbd_frame.h>
 #include <bundle_icp/io/trajectory.h>
 
@@ -101,6 +102,13 @@ public:
   /** True poses; empty when the recording has none. */
   virtual Trajectory
   groundTruth() const
+  {
+    return {};
+  }
+
+  /** What was assumed about the recording, and what of its lists contradicts itself. */
+  virtual std::vector<Finding>
+  findings() const
   {
     return {};
   }
