@@ -23,7 +23,7 @@ struct Arguments {
   std::string folder, size = "640x480";
   SyntheticScanOptions scan;
   SyntheticScanWriteOptions write;
-  bool is_noisy = false, is_quiet = false;
+  bool is_noisy = false, is_quiet = false, gripper = false, person = false;
 };
 
 /** An option with its unit and the default that `target` holds. */
@@ -63,6 +63,9 @@ describeScan(Arguments& arguments)
       "share of the path's translation, 0 = turning on the spot");
   add("texture", valueOf(scan.texture, "SHARE"),
       "contrast of all surfaces, 0 = each in one colour");
+  add("gripper", po::bool_switch(&arguments.gripper),
+      "a robot's gripper, fixed to the camera, in the lower third of the image");
+  add("person", po::bool_switch(&arguments.person), "a person who walks around the table");
   add("surface-spacing", valueOf(arguments.write.surface_spacing, "M"),
       "distance of the points in surface.ply [m]; 0 = no such file");
   add("threads", valueOf(arguments.write.num_threads, "N"), "threads, 0 = all");
@@ -145,6 +148,8 @@ parse(int argc, char** argv)
   if (values["full-noise"].as<bool>())
     arguments.scan = SyntheticScanOptions::fullNoise();
   po::notify(values);
+  arguments.scan.gripper = arguments.gripper;
+  arguments.scan.person = arguments.person;
   if (arguments.folder.empty())
     throw UsageError("expected a folder OUT");
   parseSize(arguments.size, arguments.scan);

@@ -92,6 +92,8 @@ PreparedScan::Impl::needGraph(const ProgressCallback& progress, Timing& timing)
 bool
 PreparedScan::Impl::extractAll(const ProgressCallback& progress)
 {
+  camera_fixed_ = findCameraFixed(dataset_, options_.num_threads);
+  dataset_.setMask(camera_fixed_.mask);
   depth_views_.resize(dataset_.size());
   nodes_.resize(dataset_.size());
   const LoopProgress report{"features", progress};

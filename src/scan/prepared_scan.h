@@ -2,7 +2,9 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #pragma once
 
+#include "scan/camera_fixed.h"
 #include "scan/depth_view_store.h"
+#include "scan/masked_dataset.h"
 
 #include <bundle_icp/reconstruction.h>
 
@@ -37,6 +39,13 @@ public:
   frames() const
   {
     return frames_;
+  }
+
+  /** After needFeatures(): what moves with the camera, and is left out. */
+  const CameraFixed&
+  cameraFixed() const
+  {
+    return camera_fixed_;
   }
 
   /** After needFeatures() and before releaseDescriptors(). */
@@ -85,13 +94,14 @@ private:
   bool
   buildGraph(const ProgressCallback& progress);
 
-  const RGBDDataset& dataset_;
+  MaskedDataset dataset_;
   const ReconstructionOptions options_;
   std::vector<FrameReport> frames_;
   std::vector<ImageNode> nodes_; ///< of each frame, until the graph takes them
   std::vector<std::size_t> frame_of_node_, node_of_frame_;
   std::shared_ptr<ImageGraph> graph_;
   DepthViewStore depth_views_;
+  CameraFixed camera_fixed_;
   Stage features_stage_, graph_stage_;
 };
 

@@ -46,7 +46,7 @@ facesAround(const cv::Mat& face, int x, int y)
   for (int v = std::max(y - 1, 0); v <= std::min(y + 1, face.rows - 1); ++v)
     for (int u = std::max(x - 1, 0); u <= std::min(x + 1, face.cols - 1); ++u) {
       const int index = face.at<int>(v, u);
-      if (std::find(begin, begin + result.count, index) == begin + result.count)
+      if (index >= 0 && std::find(begin, begin + result.count, index) == begin + result.count)
         result.face[result.count++] = index;
     }
   std::sort(begin, begin + result.count);
@@ -110,15 +110,17 @@ renderColor(const Scene& scene, const CameraIntrinsics& camera, const Pose& worl
             const GeometryImage& geometry)
 {
   const View view(scene, camera, world_from_camera);
-  cv::Mat color(camera.height, camera.width, CV_8UC3);
+  cv::Mat color(camera.height, camera.width, CV_8UC3, cv::Scalar::all(0));
   std::vector<int> is_edge;
   for (int y = 0; y < camera.height; ++y) {
     findEdges(geometry.face, y, is_edge);
     for (int x = 0; x < camera.width; ++x) {
       const Hit hit{geometry.depth.at<float>(y, x), geometry.face.at<int>(y, x)};
-      color.at<cv::Vec3b>(y, x) =
-          toPixel(is_edge[x] ? edgeColor(view, x, y, facesAround(geometry.face, x, y))
-                             : view.shade(x, y, hit, 1));
+      if (is_edge[x])
+        color.at<cv::Vec3b>(y, x) =
+            toPixel(edgeColor(view, x, y, facesAround(geometry.face, x, y)));
+      else if (hit.face >= 0)
+        color.at<cv::Vec3b>(y, x) = toPixel(view.shade(x, y, hit, 1));
     }
   }
   return color;

@@ -12,7 +12,7 @@
 namespace bundle_icp {
 namespace simulation {
 
-/** Surface points that the pixels' central rays meet. */
+/** Surface points that the pixels' central rays meet; infinity and face -1 where there is none. */
 struct GeometryImage {
   cv::Mat depth; ///< CV_32FC1 [m] along the optical axis
   cv::Mat face;  ///< CV_32SC1, index of the scene's face

@@ -61,6 +61,9 @@ public:
   /** \param[in] texture contrast of the pictures on all surfaces, 0 to 1 */
   Scene(std::uint64_t seed, double texture);
 
+  /** Without anything. */
+  explicit Scene(double texture) : texture_(texture) {}
+
   const std::vector<Primitive>&
   primitives() const
   {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "simulation/camera_faults.h"
+#include "simulation/moving_things.h"
 #include "simulation/path.h"
 #include "simulation/renderer.h"
 #include "simulation/scene.h"
@@ -39,6 +40,7 @@ struct SyntheticScan::Impl {
 
   SyntheticScanOptions options;
   simulation::Scene scene;
+  simulation::MovingThings moving;
   simulation::HandHeldPath path;
   CameraIntrinsics true_camera;   ///< by which images are rendered
   CameraIntrinsics camera;        ///< that is reported
@@ -46,7 +48,7 @@ struct SyntheticScan::Impl {
 };
 
 SyntheticScan::Impl::Impl(const SyntheticScanOptions& scan_options)
-: options(scan_options), scene(scan_options.seed, scan_options.texture),
+: options(scan_options), scene(scan_options.seed, scan_options.texture), moving(scan_options),
   path(scan_options.seed, scan_options.start_time, scan_options.movement),
   true_camera(scan_options.trueCamera()), camera(true_camera), order(scan_options.num_frames)
 {
@@ -75,10 +77,12 @@ SyntheticScan::Impl::sharpColor(std::size_t id, const Pose& motion) const
     band.cy -= seen.start;
     const double row = 0.5 * (rows.start + rows.end - 1);
     const double delay = options.readout * ((row + 0.5) / options.height - 0.5);
-    const Pose pose = path.at(timeOf(id) + delay) * motion;
-    const GeometryImage geometry = simulation::renderGeometry(scene, band, pose);
-    simulation::renderColor(scene, band, pose, geometry)
-        .rowRange(rows.start - seen.start, rows.end - seen.start)
+    const double time = timeOf(id) + delay;
+    const Pose pose = path.at(time) * motion;
+    GeometryImage geometry = simulation::renderGeometry(scene, band, pose);
+    cv::Mat band_color = simulation::renderColor(scene, band, pose, geometry);
+    moving.draw(band, pose, time, geometry.depth, &band_color);
+    band_color.rowRange(rows.start - seen.start, rows.end - seen.start)
         .copyTo(color.rowRange(rows));
   }
   return color;
@@ -169,16 +173,17 @@ SyntheticScan::read(std::size_t index) const
   const Pose depth_pose = impl_->path.at(time + options.time_offset);
   const GeometryImage geometry =
       simulation::renderGeometry(impl_->scene, impl_->true_camera, depth_pose);
-  if (isBlurred(index))
-    frame.color = impl_->blurredColor(number);
-  else if (options.time_offset != 0 || options.readout != 0)
-    frame.color = impl_->sharpColor(number);
-  else // the same view
+  const bool is_same_view = !isBlurred(index) && options.time_offset == 0 && options.readout == 0;
+  if (is_same_view)
     frame.color = simulation::renderColor(impl_->scene, impl_->true_camera, depth_pose, geometry);
+  else
+    frame.color = isBlurred(index) ? impl_->blurredColor(number) : impl_->sharpColor(number);
+  frame.depth = geometry.depth.clone(); // the reflection is that of what stands still
+  impl_->moving.draw(impl_->true_camera, depth_pose, time + options.time_offset, frame.depth,
+                     is_same_view ? &frame.color : nullptr);
   cv::Mat reflection;
   if (options.hole_fraction > 0)
     reflection = impl_->reflection(frame.color, depth_pose, geometry);
-  frame.depth = geometry.depth;
   simulation::spoilDepth(frame.depth, reflection, options, number);
   simulation::spoilColor(frame.color, options, number, time);
   return frame;

@@ -29,6 +29,10 @@ struct BUNDLE_ICP_EXPORT SyntheticScanOptions {
   double movement = 1;         ///< share of the path's translation, 0 to 1: 0 = turning on the spot
   double texture = 1; ///< contrast of surfaces, 0 to 1; 0 = one colour on each side of an object
 
+  // What moves; true poses and surface are those of the room.
+  bool gripper = false; ///< a robot's gripper, fixed to the camera, in the lower third of the image
+  bool person = false;  ///< a person who walks around the table
+
   // Faults of the camera, all off.
   /** Depth noise as a multiple of `noise`, 0 to 100. Neighbouring pixels share half of its
    *  variance. Above 0, only depth from 0.4 to 5 m is measured. */
