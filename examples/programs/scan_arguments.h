@@ -30,6 +30,10 @@ describeRecording(DatasetOptions& dataset)
   add("depth-scale", po::value<double>()->value_name("UNITS"),
       "units of the depth images per metre; default: that of the format (TUM 5000, 7-Scenes and "
       "Open3D 1000)");
+  add("max-time-difference",
+      po::value(&dataset.max_time_difference)->value_name("S")->default_value(0.02, "0.02"),
+      "largest time between the colour and the depth image of a frame [s], where images are paired "
+      "by time");
   add("stride", po::value(&dataset.stride)->value_name("N")->default_value(1),
       "take every N-th frame");
   add("max-frames", po::value(&dataset.max_frames)->value_name("N")->default_value(0),

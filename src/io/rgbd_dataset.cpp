@@ -19,11 +19,11 @@ Recording
 readFolder(const std::string& path, const DatasetOptions& options)
 {
   if (isTumFolder(path))
-    return readTumFolder(path, options.max_time_difference);
+    return readTumFolder(path, options);
   if (isSevenScenesFolder(path))
     return readSevenScenesFolder(path);
   if (isOpen3dFolder(path))
-    return readOpen3dFolder(path);
+    return readOpen3dFolder(path, options);
   throw pcl::IOException(
       path + ": unknown format; expected TUM RGB-D (rgb.txt and depth.txt), 7-Scenes " +
       "(frame-000000.color.png, ...) or Open3D (color/, depth/, intrinsic.json)");

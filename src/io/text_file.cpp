@@ -11,6 +11,8 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
+#include <iomanip>
+#include <locale>
 #include <sstream>
 
 namespace bundle_icp {
@@ -54,7 +56,10 @@ readBytes(const std::string& path)
 std::vector<TextLine>
 readTextLines(const std::string& path)
 {
-  std::istringstream stream(readBytes(path));
+  std::string bytes = readBytes(path);
+  if (bytes.compare(0, 3, "\xef\xbb\xbf") == 0) // the mark of UTF-8 that some editors write
+    bytes.erase(0, 3);
+  std::istringstream stream(bytes);
   std::vector<TextLine> lines;
   std::string text;
   for (std::size_t number = 1; std::getline(stream, text); ++number) {
@@ -79,6 +84,15 @@ parseNumbers(const TextLine& line, const std::string& path)
   for (const std::string& word : line.words)
     values.push_back(parseNumber(word, where));
   return values;
+}
+
+std::string
+shortText(double value, int digits)
+{
+  std::ostringstream text;
+  text.imbue(std::locale::classic());
+  text << std::setprecision(digits) << value;
+  return text.str();
 }
 
 std::string

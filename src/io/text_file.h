@@ -30,6 +30,10 @@ parseNumbers(const TextLine& line, const std::string& path);
 std::string
 readBytes(const std::string& path);
 
+/** A number with so many digits that count, independent of the locale. */
+std::string
+shortText(double value, int digits);
+
 /** Text of an exception, without the mark that PCL's exceptions put before it. */
 std::string
 messageOf(const std::exception& error);

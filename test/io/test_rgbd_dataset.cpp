@@ -245,8 +245,8 @@ TEST(SevenScenesDataset, NumbersMayHaveGaps)
 {
   const TemporaryFolder folder;
   for (const int number : {30, 3, 12})
-    recordings::writeSevenScenesFrame(folder.path(), number, recordings::color(0, {640, 480}),
-                                      recordings::depth(1000, {640, 480}));
+    recordings::writeSevenScenesFrame(folder.path(), number, recordings::color(number, {640, 480}),
+                                      recordings::depth(1000 + number, {640, 480}));
   boost::filesystem::remove(folder.path("frame-000012.depth.png"));
   const auto dataset = openDataset(folder.path());
   EXPECT_EQ(ids(*dataset), (std::vector<std::size_t>{3, 30}));
@@ -294,7 +294,7 @@ TEST(Open3dDataset, PairsByNumberInNaturalOrder)
   EXPECT_EQ(dataset->skipped().size(), 2u);
 }
 
-TEST(Open3dDataset, PairsByOrderOnlyWhenCountsAgree)
+TEST(Open3dDataset, PairsByWhatDiffersAndNeverByOrder)
 {
   const TemporaryFolder folder;
   recordings::writeOpen3d(folder.path(), 0);
@@ -304,12 +304,14 @@ TEST(Open3dDataset, PairsByOrderOnlyWhenCountsAgree)
     recordings::writeImage(folder.path("depth/z" + letter + ".png"),
                            recordings::depth(1000 + 100 * i));
   }
-  const auto dataset = openDataset(folder.path());
-  EXPECT_EQ(ids(*dataset), (std::vector<std::size_t>{0, 1, 2}));
-  EXPECT_FLOAT_EQ(dataset->read(2).depth.at<float>(0, 0), 1.2f);
+  EXPECT_EQ(ids(*openDataset(folder.path())), (std::vector<std::size_t>{0, 1, 2}));
+  EXPECT_FLOAT_EQ(openDataset(folder.path())->read(2).depth.at<float>(0, 0), 1.2f);
   boost::filesystem::remove(folder.path("depth/za.png"));
+  EXPECT_EQ(ids(*openDataset(folder.path())), (std::vector<std::size_t>{1, 2}));
+  boost::filesystem::rename(folder.path("depth/zb.png"), folder.path("depth/k.png"));
+  boost::filesystem::rename(folder.path("depth/zc.png"), folder.path("depth/l.png"));
   EXPECT_CONTAINS(messageOf<pcl::IOException>([&] { openDataset(folder.path()); }),
-                  "3 colour and 2 depth images");
+                  "names of 3 colour and 2 depth images do not say");
 }
 
 TEST(Open3dDataset, RefusesARowMajorMatrix)

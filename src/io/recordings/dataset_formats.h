@@ -24,9 +24,12 @@ struct Recording {
   std::optional<CameraIntrinsics> intrinsics; ///< size 0 = that of the images
   std::string intrinsics_source;              ///< where they come from, for messages
   double depth_scale = 1000;                  ///< units per metre
+  std::string depth_scale_source;             ///< where that comes from, for messages
+  bool is_ordered = true;                     ///< the stamps tell the order of the frames
   bool is_seven_scenes = false; ///< made by the 7-Scenes camera unless intrinsics say otherwise
   Trajectory ground_truth;
   std::vector<SkippedFile> skipped;
+  std::vector<Finding> findings;
 };
 
 /** Whether a folder is laid out in a format. */
@@ -40,11 +43,11 @@ isOpen3dFolder(const std::string& folder);
 /** Reads the lists, calibration and poses of a folder, but no image.
  *  \throws pcl::IOException naming folder or file and the reason. */
 Recording
-readTumFolder(const std::string& folder, double max_time_difference);
+readTumFolder(const std::string& folder, const DatasetOptions& options);
 Recording
 readSevenScenesFolder(const std::string& folder);
 Recording
-readOpen3dFolder(const std::string& folder);
+readOpen3dFolder(const std::string& folder, const DatasetOptions& options);
 
 /** A dataset over the frames of a recording whose images are files.
  *  \throws as openDataset(). */

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "io/image_file.h"
-#include "io/recordings/dataset_formats.h"
+#include "io/recordings/calibration_files.h"
+#include "io/recordings/repeated_frames.h"
 #include "io/recordings/seven_scenes_warp.h"
+#include "io/text_file.h"
 
 #include <boost/filesystem.hpp>
 #include <opencv2/calib3d.hpp>
@@ -46,7 +48,7 @@ checkSize(const RecordedFrame& frame, const cv::Size& size, const CameraIntrinsi
                           toString({camera.width, camera.height}));
 }
 
-// Stride, number and order of frames that the options ask for.
+// Stride and number of frames that the options ask for.
 void
 select(std::vector<RecordedFrame>& frames, const DatasetOptions& options)
 {
@@ -54,14 +56,17 @@ select(std::vector<RecordedFrame>& frames, const DatasetOptions& options)
   for (std::size_t i = 0; i < frames.size(); i += options.stride)
     if (options.max_frames == 0 || selected.size() < options.max_frames)
       selected.push_back(frames[i]);
-  if (options.shuffle_seed) {
-    // Fisher-Yates by hand: std::shuffle may differ between standard libraries. The
-    // bias of the remainder is below 1e-13.
-    std::mt19937_64 random(*options.shuffle_seed);
-    for (std::size_t i = selected.size(); i > 1; --i)
-      std::swap(selected[i - 1], selected[random() % i]);
-  }
   frames = std::move(selected);
+}
+
+// Fisher-Yates by hand: std::shuffle may differ between standard libraries. The bias of the
+// remainder is below 1e-13.
+void
+shuffle(std::vector<RecordedFrame>& frames, std::uint64_t seed)
+{
+  std::mt19937_64 random(seed);
+  for (std::size_t i = frames.size(); i > 1; --i)
+    std::swap(frames[i - 1], frames[random() % i]);
 }
 
 class ImageFileDataset : public RGBDDataset {
@@ -72,7 +77,8 @@ public:
     camera_(recorded_camera.undistorted()), undistort_depth_(options.undistort_depth),
     warps_color_(recording_.is_seven_scenes && isSevenScenesDepthCamera(recorded_camera))
   {
-    select(recording_.frames, options);
+    if (options.shuffle_seed)
+      shuffle(recording_.frames, *options.shuffle_seed);
     if (recorded_camera.hasDistortion())
       makeUndistortionMaps();
   }
@@ -109,6 +115,18 @@ public:
 
   RGBDFrame
   read(std::size_t index) const override;
+
+  bool
+  isOrdered() const override
+  {
+    return recording_.is_ordered;
+  }
+
+  std::vector<Finding>
+  findings() const override
+  {
+    return recording_.findings;
+  }
 
   std::string
   format() const override
@@ -222,6 +240,43 @@ probeCamera(const Recording& recording, const std::string& folder)
   throw *first_error;
 }
 
+// What was assumed about the images, and where that comes from.
+void
+sayAssumptions(const CameraIntrinsics& camera, const DatasetOptions& options, Recording& recording)
+{
+  const auto px = [](double value) { return shortText(value, 6); };
+  const std::vector<Finding> notes = {
+      {Severity::NOTE, "format", "the recording is read as " + recording.format, {}, ""},
+      {Severity::NOTE,
+       "units",
+       "depth has " + px(recording.depth_scale * options.depth_factor) + " units per metre, from " +
+           recording.depth_scale_source,
+       {{"units_per_metre", recording.depth_scale * options.depth_factor}},
+       ""},
+      {Severity::NOTE,
+       "intrinsics",
+       "the camera has fx " + px(camera.fx) + ", fy " + px(camera.fy) + ", centre " +
+           px(camera.cx) + ", " + px(camera.cy) + " px in images of " +
+           toString({camera.width, camera.height}) +
+           (camera.hasDistortion() ? ", with distortion" : "") + ", from " +
+           recording.intrinsics_source,
+       {{"fx_px", camera.fx}, {"fy_px", camera.fy}, {"cx_px", camera.cx}, {"cy_px", camera.cy}},
+       ""}};
+  recording.findings.insert(recording.findings.begin(), notes.begin(), notes.end());
+}
+
+void
+refuseWithoutIntrinsics(const Recording& recording, const std::string& folder)
+{
+  std::string beside;
+  for (const std::string& file : possibleCalibrationFiles(folder))
+    beside += (beside.empty() ? "" : ", ") + file;
+  throw pcl::IOException(folder + ": the camera's intrinsics are unknown (" + recording.format +
+                         " recording without a calibration" +
+                         (beside.empty() ? "" : " of a known form; in the folder lies " + beside) +
+                         "); give them with --intrinsics fx,fy,cx,cy[,k1,k2,p1,p2,k3]");
+}
+
 } // namespace
 
 RGBDDataset::Ptr
@@ -231,15 +286,18 @@ makeImageFileDataset(Recording recording, const std::string& folder, const Datas
     recording.intrinsics = options.intrinsics;
     recording.intrinsics_source = "the options";
   }
+  if (options.depth_scale)
+    recording.depth_scale_source = "the options";
   recording.depth_scale =
       options.depth_scale.value_or(recording.depth_scale) / options.depth_factor;
   if (!recording.intrinsics)
-    throw pcl::IOException(folder + ": the camera's intrinsics are unknown (" + recording.format +
-                           " recording without a calibration); give them " +
-                           "with --intrinsics fx,fy,cx,cy[,k1,k2,p1,p2,k3]");
+    refuseWithoutIntrinsics(recording, folder);
   if (options.depth_noise)
     recording.intrinsics->depth_noise = *options.depth_noise;
   const CameraIntrinsics camera = probeCamera(recording, folder);
+  sayAssumptions(camera, options, recording);
+  select(recording.frames, options);
+  leaveOutRepeatedFrames(recording);
   return std::make_shared<ImageFileDataset>(std::move(recording), camera, options);
 }
 

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
-#include "io/recordings/dataset_formats.h"
-#include "io/text_file.h"
-
-#include <pcl/exceptions.h>
+#include "io/recordings/calibration_files.h"
+#include "io/recordings/name_numbers.h"
+#include "io/recordings/pairing.h"
+#include "io/recordings/time_stamps.h"
 
 #include <boost/algorithm/string/case_conv.hpp>
 #include <boost/filesystem.hpp>
-#include <nlohmann/json.hpp>
+#include <pcl/exceptions.h>
 
-#include <map>
+#include <numeric>
 #include <set>
 
 namespace bundle_icp {
@@ -18,71 +18,69 @@ namespace fs = boost::filesystem;
 
 namespace {
 
-// The first number in a file's name: Redwood writes 000012-000000400000.png, number and
-// time.
-std::optional<std::size_t>
-numberInName(const fs::path& file)
-{
-  const std::string stem = file.stem().string(), digits = "0123456789";
-  const std::size_t begin = stem.find_first_of(digits);
-  if (begin == std::string::npos)
-    return std::nullopt;
-  const std::size_t end = std::min(stem.find_first_not_of(digits, begin), stem.size());
-  if (end - begin > 18)
-    return std::nullopt;
-  return std::stoull(stem.substr(begin, end - begin));
-}
-
-// "2.png" before "10.png": by number first, by name where that is the same or missing.
-bool
-naturalLess(const fs::path& a, const fs::path& b)
-{
-  return std::make_pair(numberInName(a), a.filename()) <
-         std::make_pair(numberInName(b), b.filename());
-}
-
-std::vector<fs::path>
+// The images of a folder, in the order of what differs between their names.
+Stream
 listImages(const fs::path& folder)
 {
-  const std::set<std::string> extensions = {".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff"};
-  std::vector<fs::path> files;
+  const std::set<std::string> extensions = {".png",  ".jpg", ".jpeg", ".bmp", ".tif",
+                                            ".tiff", ".pgm", ".ppm",  ".pnm"};
+  Stream images;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder))
     if (extensions.count(boost::to_lower_copy(entry.path().extension().string())) &&
         entry.path().filename().string().front() != '.')
-      files.push_back(entry.path());
-  std::sort(files.begin(), files.end(), naturalLess);
-  if (files.empty())
+      images.push_back({0, 0, entry.path().string()});
+  if (images.empty())
     throw pcl::IOException(folder.string() + ": the folder holds no image");
-  return files;
+  const std::vector<std::vector<std::string>> parts = distinguishingParts(stemsOf(images));
+  std::vector<std::size_t> order(images.size());
+  std::iota(order.begin(), order.end(), std::size_t(0));
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t a, std::size_t b) { return comesBefore(parts[a], parts[b]); });
+  Stream sorted;
+  for (const std::size_t i : order)
+    sorted.push_back(images[i]);
+  return sorted;
 }
 
-// The files by their numbers; empty when these do not tell all files apart.
-std::map<std::size_t, fs::path>
-byNumber(const std::vector<fs::path>& files)
-{
-  std::map<std::size_t, fs::path> numbered;
-  for (const fs::path& file : files) {
-    const auto number = numberInName(file);
-    if (!number || !numbered.emplace(*number, file).second)
-      return {};
-  }
-  return numbered;
-}
-
+// Numbers each image by the first number that differs, or by its place; its time is n / 30 s.
 void
-pairByNumber(const std::map<std::size_t, fs::path>& color,
-             const std::map<std::size_t, fs::path>& depth, Recording& recording)
+numberImages(Stream& images)
 {
-  for (const auto& [number, file] : color) {
-    const auto partner = depth.find(number);
-    if (partner != depth.end())
-      recording.frames.push_back({number, number / 30.0, file.string(), partner->second.string()});
-    else
-      recording.skipped.push_back({file.string(), "has no depth image of its number"});
+  const auto parts = distinguishingParts(stemsOf(images));
+  std::set<std::size_t> numbers;
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    const std::string& part = parts[i].back();
+    images[i].number = isNumber(part) && numberOf(part) < 1e18 ? std::size_t(numberOf(part)) : i;
+    numbers.insert(images[i].number);
   }
-  for (const auto& [number, file] : depth)
-    if (color.count(number) == 0)
-      recording.skipped.push_back({file.string(), "has no colour image of its number"});
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    if (numbers.size() < images.size())
+      images[i].number = i;
+    images[i].timestamp = double(images[i].number) / 30;
+  }
+}
+
+// Whether the last number that differs is a time: then each image gets its stamp, and as number
+// the one before, or its place.
+std::optional<TimeUnit>
+takeTimes(Stream& images)
+{
+  const auto parts = distinguishingParts(stemsOf(images));
+  std::vector<double> times;
+  for (const auto& part : parts) {
+    if (part.size() > 2 || !isNumber(part.back()))
+      return std::nullopt;
+    times.push_back(numberOf(part.back()));
+  }
+  const std::optional<TimeUnit> unit = timeUnitOf(times);
+  // A number and a time count up together.
+  if (!unit || !std::is_sorted(times.begin(), times.end()))
+    return std::nullopt;
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    images[i].timestamp = times[i] * unit->seconds;
+    images[i].number = parts[i].size() == 2 ? std::size_t(numberOf(parts[i][0])) : i;
+  }
+  return unit;
 }
 
 fs::path
@@ -94,63 +92,56 @@ colorFolder(const fs::path& folder)
   return {};
 }
 
-void
-collectFrames(const std::string& folder, Recording& recording)
+// How many of the images have a partner of the same name apart from what is common to the stream.
+std::size_t
+countSameNames(const Stream& color, const Stream& depth)
 {
-  const std::vector<fs::path> color = listImages(colorFolder(folder));
-  const std::vector<fs::path> depth = listImages(fs::path(folder) / "depth");
-  const auto numbered_color = byNumber(color), numbered_depth = byNumber(depth);
-  if (!numbered_color.empty() && !numbered_depth.empty()) {
-    pairByNumber(numbered_color, numbered_depth, recording);
-  }
-  else if (color.size() == depth.size()) {
-    for (std::size_t i = 0; i < color.size(); ++i)
-      recording.frames.push_back({i, i / 30.0, color[i].string(), depth[i].string()});
-  }
-  else
-    throw pcl::IOException(folder + ": " + std::to_string(color.size()) + " colour and " +
-                           std::to_string(depth.size()) +
-                           " depth images whose names do not say which belong together");
-  if (recording.frames.empty())
-    throw pcl::IOException(folder + ": no colour image has a depth image of its number");
+  const auto color_parts = distinguishingParts(stemsOf(color));
+  const auto depth_parts = distinguishingParts(stemsOf(depth));
+  const std::set<std::vector<std::string>> known(depth_parts.begin(), depth_parts.end());
+  return std::size_t(std::count_if(color_parts.begin(), color_parts.end(),
+                                   [&](const auto& parts) { return known.count(parts) > 0; }));
 }
 
 void
-parseIntrinsicsFile(const std::string& path, Recording& recording)
+collectFrames(const std::string& folder, const DatasetOptions& options, Recording& recording)
 {
-  const nlohmann::json json = nlohmann::json::parse(readBytes(path));
-  const auto matrix = json.at("intrinsic_matrix").get<std::vector<double>>();
-  // Column-major, as Open3D writes it; a row-major matrix would silently lose its
-  // centre.
-  if (matrix.size() != 9 || matrix[2] != 0 || matrix[5] != 0)
-    throw pcl::IOException(path + ": intrinsic_matrix must be 9 numbers, column by column: " +
-                           "fx 0 0 0 fy 0 cx cy 1");
-  CameraIntrinsics intrinsics;
-  intrinsics.width = json.value("width", 0);
-  intrinsics.height = json.value("height", 0);
-  intrinsics.fx = matrix[0];
-  intrinsics.fy = matrix[4];
-  intrinsics.cx = matrix[6];
-  intrinsics.cy = matrix[7];
-  recording.intrinsics = intrinsics;
-  recording.intrinsics_source = path;
-  recording.depth_scale = json.value("depth_scale", 1000.0);
+  Stream color = listImages(colorFolder(folder)), depth = listImages(fs::path(folder) / "depth");
+  const std::optional<TimeUnit> color_unit = takeTimes(color), depth_unit = takeTimes(depth);
+  const bool are_times = color_unit && depth_unit;
+  if (are_times)
+    recording.findings.push_back({Severity::NOTE,
+                                  "time_stamps",
+                                  std::string("the names hold times in ") + color_unit->name,
+                                  {},
+                                  ""});
+  if (are_times && countSameNames(color, depth) < std::max(color.size(), depth.size()))
+    return pairByTime(color, depth, options.max_time_difference, folder, recording);
+  if (!are_times) {
+    numberImages(color);
+    numberImages(depth);
+    recording.findings.push_back({Severity::NOTE,
+                                  "time_stamps",
+                                  "there are no time stamps: frame n counts as taken at n / 30 s",
+                                  {},
+                                  ""});
+  }
+  pairByName(color, depth, folder, recording);
 }
 
+// TUM's images without its lists: units and camera are then unknown.
 void
-findCalibration(const std::string& folder, Recording& recording)
+refuseTumWithoutLists(const std::string& folder, const DatasetOptions& options,
+                      const Recording& recording)
 {
-  for (const char* const name : {"intrinsic.json", "camera_intrinsic.json"}) {
-    const std::string path = (fs::path(folder) / name).string();
-    if (recording.intrinsics || !fs::exists(path))
-      continue;
-    try {
-      parseIntrinsicsFile(path, recording);
-    }
-    catch (const nlohmann::json::exception& error) {
-      throw pcl::IOException(path + ": " + error.what());
-    }
-  }
+  const std::string stem = fs::path(recording.frames[0].color_file).stem().string();
+  const bool is_tum = colorFolder(folder).filename() == "rgb" && isNumber(stem) &&
+                      stem.find('.') != std::string::npos;
+  if (is_tum && !options.depth_scale && !recording.intrinsics)
+    throw pcl::IOException(folder + ": the depth images' unit is unknown: rgb/ and depth/ with "
+                                    "times as names are TUM RGB-D's, but its lists rgb.txt and "
+                                    "depth.txt are absent; give the unit with --depth-scale (TUM "
+                                    "5000)");
 }
 
 } // namespace
@@ -162,13 +153,15 @@ isOpen3dFolder(const std::string& folder)
 }
 
 Recording
-readOpen3dFolder(const std::string& folder)
+readOpen3dFolder(const std::string& folder, const DatasetOptions& options)
 {
   Recording recording;
   recording.format = "Open3D";
   recording.depth_scale = 1000;
-  collectFrames(folder, recording);
-  findCalibration(folder, recording);
+  recording.depth_scale_source = "the format (Open3D)";
+  collectFrames(folder, options, recording);
+  readCalibrationFile(folder, recording);
+  refuseTumWithoutLists(folder, options, recording);
   return recording;
 }
 

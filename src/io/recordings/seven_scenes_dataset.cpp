@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
-#include "io/recordings/dataset_formats.h"
+#include "io/recordings/calibration_files.h"
 #include "io/text_file.h"
 
 #include <pcl/exceptions.h>
@@ -53,6 +53,18 @@ collectFrames(const std::string& folder, Recording& recording)
   }
   if (recording.frames.empty())
     throw pcl::IOException(folder + ": no frame has both a colour and a depth image");
+  recording.findings.push_back(
+      {Severity::NOTE,
+       "pairing",
+       "colour and depth images are paired by the number in frame-NUMBER: " +
+           std::to_string(recording.frames.size()) + " frames",
+       {{"frames", double(recording.frames.size())}},
+       ""});
+  recording.findings.push_back({Severity::NOTE,
+                                "time_stamps",
+                                "there are no time stamps: frame n counts as taken at n / 30 s",
+                                {},
+                                ""});
 }
 
 // The numbers of a file that holds one matrix.
@@ -69,9 +81,30 @@ readMatrix(const std::string& path, std::size_t size)
   return values;
 }
 
+// The camera of 7-Scenes itself: PNG images of which each has its pose, and nothing of other
+// recorders beside.
+bool
+isOfSevenScenes(const std::string& folder, const Recording& recording)
+{
+  std::size_t num_poses = 0;
+  for (const RecordedFrame& frame : recording.frames) {
+    const fs::path color(frame.color_file), depth(frame.depth_file);
+    if (color.extension() != ".png" || depth.extension() != ".png")
+      return false;
+    const std::string name = color.filename().string();
+    num_poses += fs::exists(fs::path(folder) / (name.substr(0, name.find('.')) + ".pose.txt"));
+  }
+  return num_poses == recording.frames.size();
+}
+
 void
 findCalibration(const std::string& folder, Recording& recording)
 {
+  if (readSensorInfo(folder, recording)) {
+    recording.format = "ScanNet";
+    recording.is_seven_scenes = false;
+    return;
+  }
   // 3DMatch keeps one file for all runs of a scene, in the folder above them.
   const fs::path absolute = fs::canonical(folder);
   for (const fs::path& place : {absolute, absolute.parent_path()}) {
@@ -86,7 +119,8 @@ findCalibration(const std::string& folder, Recording& recording)
     recording.intrinsics->cy = k[5];
     recording.intrinsics_source = file.string();
   }
-  if (!recording.intrinsics) {
+  if (!recording.intrinsics && !readCalibrationFile(folder, recording) &&
+      isOfSevenScenes(folder, recording)) {
     recording.intrinsics = parseIntrinsics("585,585,320,240");
     recording.intrinsics->width = 640;
     recording.intrinsics->height = 480;
@@ -135,6 +169,7 @@ readSevenScenesFolder(const std::string& folder)
   recording.format = "7-Scenes";
   recording.is_seven_scenes = true;
   recording.depth_scale = 1000;
+  recording.depth_scale_source = "the format (7-Scenes)";
   collectFrames(folder, recording);
   findCalibration(folder, recording);
   readPoses(folder, recording);

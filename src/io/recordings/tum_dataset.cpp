@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
-#include "io/recordings/association.h"
-#include "io/recordings/dataset_formats.h"
+#include "io/recordings/calibration_files.h"
+#include "io/recordings/pairing.h"
+#include "io/recordings/time_stamps.h"
 #include "io/text_file.h"
 
 #include <pcl/exceptions.h>
 
 #include <boost/filesystem.hpp>
+
+#include <set>
 
 namespace bundle_icp {
 
@@ -14,30 +17,49 @@ namespace fs = boost::filesystem;
 
 namespace {
 
-struct ListedImage {
-  std::size_t number = 0; // among the lines of the list, from 0
-  double timestamp = 0;   // [s]
-  std::string file;
-};
+// The lists that name both images of a frame in a line.
+constexpr const char* ASSOCIATION_NAMES[] = {"associations.txt", "association.txt", "associate.txt",
+                                             "associated.txt"};
+
+std::string
+associationList(const std::string& folder)
+{
+  for (const char* const name : ASSOCIATION_NAMES)
+    if (fs::is_regular_file(fs::path(folder) / name))
+      return (fs::path(folder) / name).string();
+  return {};
+}
+
+// The file that a line names from its second word on: names may hold blanks.
+std::string
+listedFile(const std::string& folder, const TextLine& line)
+{
+  std::string name = line.words[1];
+  for (std::size_t i = 2; i < line.words.size(); ++i)
+    name += " " + line.words[i];
+  const fs::path whole = fs::path(folder) / name, first = fs::path(folder) / line.words[1];
+  return (fs::exists(whole) || !fs::exists(first) ? whole : first).string();
+}
 
 // The images of rgb.txt or depth.txt that exist. Absent ones are left out before
 // association, so that an image whose closest partner is absent can take the next one.
-std::vector<ListedImage>
+Stream
 readList(const std::string& folder, const std::string& name, Recording& recording)
 {
   const std::string path = (fs::path(folder) / name).string();
-  std::vector<ListedImage> images;
+  Stream images;
+  std::set<std::pair<double, std::string>> seen;
   std::size_t number = 0;
   for (const TextLine& line : readTextLines(path)) {
     if (line.words.size() < 2)
       throw pcl::IOException(path + ":" + std::to_string(line.number) +
                              ": expected a time stamp and a file name");
     const double timestamp = parseNumbers({line.number, {line.words[0]}}, path).front();
-    const std::string file = (fs::path(folder) / line.words[1]).string();
-    if (fs::exists(file))
-      images.push_back({number, timestamp, file});
-    else
+    const std::string file = listedFile(folder, line);
+    if (!fs::exists(file))
       recording.skipped.push_back({file, "listed in " + name + " but absent"});
+    else if (seen.emplace(timestamp, file).second)
+      images.push_back({number, timestamp, file});
     ++number;
   }
   if (images.empty())
@@ -47,44 +69,98 @@ readList(const std::string& folder, const std::string& name, Recording& recordin
   return images;
 }
 
-std::vector<double>
-stamps(const std::vector<ListedImage>& images)
-{
-  std::vector<double> result;
-  for (const ListedImage& image : images)
-    result.push_back(image.timestamp);
-  return result;
-}
-
-std::string
-timeSpan(std::vector<double> times)
-{
-  const auto [first, last] = std::minmax_element(times.begin(), times.end());
-  return std::to_string(*first) + " to " + std::to_string(*last) + " s";
-}
-
+// Stamps in seconds, whatever unit they have.
 void
-associateImages(const std::vector<ListedImage>& color, const std::vector<ListedImage>& depth,
-                double max_difference, const std::string& folder, Recording& recording)
+convertStamps(Stream& images, const std::string& list, Recording& recording)
 {
-  const auto pairs = associate(stamps(color), stamps(depth), max_difference);
-  if (pairs.empty())
-    throw pcl::IOException(folder + ": no overlap in time: colour images span " +
-                           timeSpan(stamps(color)) + ", depth images " + timeSpan(stamps(depth)) +
-                           ", and none lie within " + std::to_string(max_difference) +
-                           " s of each other");
-  std::vector<char> color_used(color.size()), depth_used(depth.size());
-  for (const auto& [i, j] : pairs) {
-    recording.frames.push_back({color[i].number, color[i].timestamp, color[i].file, depth[j].file});
-    color_used[i] = depth_used[j] = 1;
+  std::vector<double> stamps;
+  for (const StreamImage& image : images)
+    stamps.push_back(image.timestamp);
+  const std::optional<TimeUnit> unit = timeUnitOf(stamps);
+  const std::string what = unit ? std::string("are in ") + unit->name
+                                : "are numbers that tell no unit of time; they count as seconds";
+  recording.findings.push_back(
+      {Severity::NOTE, "time_stamps", "the time stamps of " + list + " " + what, {}, ""});
+  for (StreamImage& image : images)
+    image.timestamp *= unit ? unit->seconds : 1;
+}
+
+// What is wrong with the stamps of either stream.
+std::string
+faultOf(const Stream& stream, const std::string& list)
+{
+  std::vector<double> stamps;
+  for (const StreamImage& image : stream)
+    stamps.push_back(image.timestamp);
+  const std::string fault = faultOfStamps(stamps, namesRise(stream));
+  return fault.empty() ? "" : "the time stamps of " + list + " cannot be used: " + fault;
+}
+
+// Pairs by time where the stamps serve, else by names, else by order.
+void
+pairStreams(const Stream& color, const Stream& depth, double max_difference,
+            const std::string& folder, Recording& recording)
+{
+  std::string fault = faultOf(color, "rgb.txt");
+  if (fault.empty())
+    fault = faultOf(depth, "depth.txt");
+  if (fault.empty())
+    return pairByTime(color, depth, max_difference, folder, recording);
+  recording.is_ordered = false;
+  recording.findings.push_back({Severity::WARNING,
+                                "time_stamps",
+                                fault,
+                                {},
+                                "nothing is concluded from time; record with true time stamps"});
+  try {
+    pairByName(color, depth, folder, recording);
   }
-  const std::string within = " image within " + std::to_string(max_difference) + " s";
+  catch (const pcl::IOException& error) {
+    throw pcl::IOException(messageOf(error) + ", and " + fault);
+  }
+}
+
+// A line holds two stamps and two images, in either order; both times may differ.
+void
+readAssociations(const std::string& path, const std::string& folder, Recording& recording)
+{
+  Stream color, depth;
+  std::size_t number = 0;
+  for (const TextLine& line : readTextLines(path)) {
+    const std::string where = path + ":" + std::to_string(line.number);
+    if (line.words.size() < 4)
+      throw pcl::IOException(where + ": expected TIME IMAGE TIME IMAGE");
+    StreamImage images[2];
+    for (std::size_t k = 0; k < 2; ++k)
+      images[k] = {number, parseNumbers({line.number, {line.words[2 * k]}}, path).front(),
+                   (fs::path(folder) / line.words[2 * k + 1]).string()};
+    ++number;
+    if (line.words[1].find("depth") != std::string::npos)
+      std::swap(images[0], images[1]);
+    const bool has_color = fs::exists(images[0].file), has_depth = fs::exists(images[1].file);
+    if (has_color && has_depth) {
+      color.push_back(images[0]);
+      depth.push_back(images[1]);
+    }
+    else
+      recording.skipped.push_back({images[has_color].file, "listed in " + path + " but absent"});
+  }
+  if (color.empty())
+    throw pcl::IOException(path + ": names no pair of images that exist");
+  convertStamps(color, path, recording);
   for (std::size_t i = 0; i < color.size(); ++i)
-    if (!color_used[i])
-      recording.skipped.push_back({color[i].file, "no depth" + within});
-  for (std::size_t j = 0; j < depth.size(); ++j)
-    if (!depth_used[j])
-      recording.skipped.push_back({depth[j].file, "no colour" + within});
+    recording.frames.push_back({color[i].number, color[i].timestamp, color[i].file, depth[i].file});
+  recording.findings.push_back({Severity::NOTE,
+                                "pairing",
+                                "colour and depth images are paired as " + path +
+                                    " says: " + std::to_string(color.size()) + " frames",
+                                {{"frames", double(color.size())}},
+                                ""});
+  const std::string fault = faultOf(color, path);
+  recording.is_ordered = fault.empty();
+  if (!fault.empty())
+    recording.findings.push_back(
+        {Severity::WARNING, "time_stamps", fault, {}, "nothing is concluded from time"});
 }
 
 // The benchmark's own calibration of its three cameras, known by the folder's name.
@@ -105,39 +181,11 @@ intrinsicsByName(const std::string& name)
   return std::nullopt;
 }
 
-// `intrinsics.txt`: a line `fx fy cx cy [k1 k2 p1 p2 k3]`, optionally one `depth_scale
-// 5000`.
-void
-readIntrinsicsFile(const std::string& path, Recording& recording)
-{
-  for (TextLine line : readTextLines(path)) {
-    const bool is_scale = line.words[0] == "depth_scale";
-    if (is_scale)
-      line.words.erase(line.words.begin());
-    const std::vector<double> values = parseNumbers(line, path);
-    if (is_scale && values.size() == 1 && values[0] > 0) {
-      recording.depth_scale = values[0];
-    }
-    else if (!is_scale && (values.size() == 4 || values.size() == 9)) {
-      std::string text;
-      for (const std::string& word : line.words)
-        text += word + " ";
-      recording.intrinsics = parseIntrinsics(text);
-    }
-    else
-      throw pcl::IOException(path + ":" + std::to_string(line.number) +
-                             ": expected fx fy cx cy [k1 k2 p1 p2 k3] or depth_scale "
-                             "UNITS_PER_METRE");
-  }
-  recording.intrinsics_source = path;
-}
-
 void
 findCalibration(const std::string& folder, Recording& recording)
 {
-  const fs::path file = fs::path(folder) / "intrinsics.txt";
-  if (fs::exists(file))
-    return readIntrinsicsFile(file.string(), recording);
+  if (readCalibrationFile(folder, recording))
+    return;
   // The name that the user typed may be a link or "."; what it stands for counts as
   // well.
   for (const fs::path& path : {fs::absolute(folder).lexically_normal(), fs::canonical(folder)})
@@ -154,18 +202,28 @@ bool
 isTumFolder(const std::string& folder)
 {
   // One is enough: that the other is missing is then said by its name.
-  return fs::exists(fs::path(folder) / "rgb.txt") || fs::exists(fs::path(folder) / "depth.txt");
+  return fs::exists(fs::path(folder) / "rgb.txt") || fs::exists(fs::path(folder) / "depth.txt") ||
+         !associationList(folder).empty();
 }
 
 Recording
-readTumFolder(const std::string& folder, double max_time_difference)
+readTumFolder(const std::string& folder, const DatasetOptions& options)
 {
   Recording recording;
   recording.format = "TUM RGB-D";
   recording.depth_scale = 5000;
-  const std::vector<ListedImage> color = readList(folder, "rgb.txt", recording);
-  const std::vector<ListedImage> depth = readList(folder, "depth.txt", recording);
-  associateImages(color, depth, max_time_difference, folder, recording);
+  recording.depth_scale_source = "the format (TUM RGB-D)";
+  const std::string list = associationList(folder);
+  if (!list.empty() && !fs::exists(fs::path(folder) / "rgb.txt")) {
+    readAssociations(list, folder, recording);
+  }
+  else {
+    Stream color = readList(folder, "rgb.txt", recording);
+    Stream depth = readList(folder, "depth.txt", recording);
+    convertStamps(color, "rgb.txt", recording);
+    convertStamps(depth, "depth.txt", recording);
+    pairStreams(color, depth, options.max_time_difference, folder, recording);
+  }
   findCalibration(folder, recording);
   const std::string truth = (fs::path(folder) / "groundtruth.txt").string();
   if (fs::exists(truth)) {

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#pragma once
+
+#include "io/recordings/dataset_formats.h"
+
+namespace bundle_icp {
+
+/** Takes intrinsics, and the units of depth where it says them, from a file of a known form in the
+ *  folder: `intrinsics.txt` (`fx fy cx cy [k1 k2 p1 p2 k3]`, or a matrix of 3x3; optionally a line
+ *  `depth_scale UNITS_PER_METRE`), `intrinsic.json` and its like.
+ *  \return false when there is none.
+ *  \throws pcl::IOException naming the file when it has another form. */
+bool
+readCalibrationFile(const std::string& folder, Recording& recording);
+
+/** The same from `_info.txt` or `info.txt`, as the recorder of ScanNet and BundleFusion writes
+ *  it. */
+bool
+readSensorInfo(const std::string& folder, Recording& recording);
+
+/** Files in the folder whose names say that they hold a calibration; for messages. */
+std::vector<std::string>
+possibleCalibrationFiles(const std::string& folder);
+
+} // namespace bundle_icp

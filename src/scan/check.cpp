@@ -1,0 +1,280 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#include <bundle_icp/scan/check.h>
+
+#include "common/parallel.h"
+#include "scan/check_together.h"
+
+#include <pcl/exceptions.h>
+
+#include <cmath>
+#include <iomanip>
+#include <locale>
+#include <sstream>
+
+namespace bundle_icp {
+namespace {
+
+std::string
+text(double value, int digits = 3)
+{
+  std::ostringstream stream;
+  stream.imbue(std::locale::classic());
+  stream << std::setprecision(digits) << value;
+  return stream.str();
+}
+
+double
+median(std::vector<double> values)
+{
+  if (values.empty())
+    return 0;
+  const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/** Indices of the frames in the order of their stamps. */
+std::vector<std::size_t>
+orderOf(const RGBDDataset& dataset)
+{
+  std::vector<std::size_t> order(dataset.size());
+  for (std::size_t i = 0; i < order.size(); ++i)
+    order[i] = i;
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return dataset.timestamp(a) < dataset.timestamp(b);
+  });
+  return order;
+}
+
+/** Three runs of frames at the beginning, in the middle and at the end, at most a fifth of a
+ *  second from one to the next: they show all of the recording, and what neighbours share. */
+Sample
+takeSample(const RGBDDataset& dataset, const CheckOptions& options)
+{
+  const std::vector<std::size_t> order = orderOf(dataset);
+  const double pixels = double(dataset.camera().width) * dataset.camera().height;
+  const std::size_t number = std::min(
+      order.size(),
+      std::max<std::size_t>(3, std::size_t(double(options.num_frames) *
+                                           std::min(1.0, 307200 / std::max(1.0, pixels)))));
+  const double span = dataset.timestamp(order.back()) - dataset.timestamp(order.front());
+  const double interval = span / double(std::max<std::size_t>(1, order.size() - 1));
+  const std::size_t most = order.size() / number;
+  const std::size_t step =
+      std::clamp<std::size_t>(interval > 0 ? std::size_t(std::min(1e6, 0.2 / interval)) : 1, 1,
+                              std::max<std::size_t>(1, most));
+  Sample sample;
+  sample.step = step;
+  const std::size_t num_runs = number == order.size() ? 1 : std::min<std::size_t>(3, number);
+  for (std::size_t run = 0; run < num_runs; ++run) {
+    const std::size_t length = number * (run + 1) / num_runs - number * run / num_runs;
+    const std::size_t free = order.size() - ((length - 1) * step + 1);
+    const std::size_t begin = num_runs == 1 ? 0 : free * run / (num_runs - 1);
+    for (std::size_t i = 0; i < length; ++i)
+      sample.places.push_back(begin + i * step);
+  }
+  for (const std::size_t place : sample.places)
+    sample.frames.push_back(order[place]);
+  sample.pixels_per_edge_pixel = std::max(1.0, double(dataset.camera().width) / EDGE_WIDTH);
+  sample.looks.resize(sample.frames.size());
+  parallelFor(sample.frames.size(), options.num_threads, {}, [&](std::size_t i) {
+    try {
+      sample.looks[i] = lookAt(dataset.read(sample.frames[i]));
+    }
+    catch (const pcl::IOException&) {
+      // An image that cannot be read is reported by the reconstruction, with its name.
+    }
+  });
+  return sample;
+}
+
+void
+checkCamera(const CameraIntrinsics& camera, std::vector<Finding>& findings)
+{
+  const double dx = std::abs(camera.cx - 0.5 * (camera.width - 1)) / camera.width;
+  const double dy = std::abs(camera.cy - 0.5 * (camera.height - 1)) / camera.height;
+  const double view = 2 * std::atan(camera.width / (2 * camera.fx)) * 180 / M_PI;
+  const bool is_half = std::abs(2 * camera.cx / camera.width - 0.5) < 0.08 &&
+                       std::abs(2 * camera.cy / camera.height - 0.5) < 0.08;
+  const std::string size = std::to_string(camera.width) + "x" + std::to_string(camera.height);
+  if (dx > 0.12 || dy > 0.12)
+    findings.push_back(
+        {Severity::FAULT,
+         "intrinsics",
+         "the principal point " + text(camera.cx, 4) + ", " + text(camera.cy, 4) +
+             " px lies far from the centre of the images of " + size +
+             (is_half ? ": the intrinsics are likely those of images of half the size" : ""),
+         {{"offset_x_share", dx}, {"offset_y_share", dy}},
+         is_half ? "double them with --intrinsics"
+                 : "give the intrinsics of images of this size with --intrinsics"});
+  if (view < 25 || view > 125)
+    findings.push_back({Severity::WARNING,
+                        "intrinsics",
+                        "a focal length of " + text(camera.fx, 4) + " px in images of " + size +
+                            " is a field of view of " + text(view) +
+                            " degrees, which no common depth camera has",
+                        {{"field_of_view_deg", view}},
+                        "give the intrinsics of images of this size with --intrinsics"});
+  if (std::abs(camera.fx / camera.fy - 1) > 0.1)
+    findings.push_back({Severity::WARNING,
+                        "intrinsics",
+                        "fx " + text(camera.fx, 4) + " px and fy " + text(camera.fy, 4) +
+                            " px differ by more than a tenth, but pixels are square",
+                        {{"fx_over_fy", camera.fx / camera.fy}},
+                        "check whether the images were scaled; see --intrinsics"});
+}
+
+/** The unit that would put the depth into a room. */
+std::string
+likelyUnit(double depth)
+{
+  const std::pair<double, const char*> factors[] = {
+      {10, "ten times as many units per metre, such as 10000 for 0.1 mm"},
+      {5, "five times as many, such as TUM's 5000"},
+      {1000, "a thousand times as many"},
+      {0.1, "a tenth of the units per metre"},
+      {0.2, "a fifth of the units per metre"},
+      {0.001, "a thousandth of the units per metre"}};
+  for (const auto& [factor, name] : factors)
+    if (depth / factor > 0.4 && depth / factor < 4)
+      return name;
+  return "another unit";
+}
+
+void
+checkUnits(const Sample& sample, std::vector<Finding>& findings)
+{
+  std::vector<double> depths;
+  for (const FrameLook& look : sample.looks)
+    if (look.median_depth > 0)
+      depths.push_back(look.median_depth);
+  if (depths.empty()) {
+    findings.push_back({Severity::FAULT,
+                        "units",
+                        "none of the " + std::to_string(sample.looks.size()) +
+                            " frames that were looked at has depth",
+                        {},
+                        "check the depth images"});
+    return;
+  }
+  const double depth = median(depths);
+  const bool is_room = depth >= 0.2 && depth <= 5;
+  findings.push_back(
+      {is_room ? Severity::NOTE : Severity::FAULT,
+       "units",
+       "the median depth is " + text(depth) + " m" +
+           (is_room ? "" : ", which is no room's: likely a wrong unit"),
+       {{"median_depth_m", depth}},
+       is_room ? "" : "--depth-scale sets the units per metre: " + likelyUnit(depth)});
+}
+
+void
+checkFrames(const Sample& sample, std::vector<Finding>& findings)
+{
+  std::vector<double> sharpness;
+  for (const FrameLook& look : sample.looks)
+    if (look.is_read && look.brightness >= 8)
+      sharpness.push_back(look.sharpness);
+  const double usual = median(sharpness), number = double(sample.looks.size());
+  const auto say = [&](const char* what, const std::string& name, const auto& has) {
+    const double count = double(std::count_if(sample.looks.begin(), sample.looks.end(), has));
+    const double share = count / number;
+    if (count > 0)
+      findings.push_back(
+          {share > 0.5 ? Severity::WARNING : Severity::NOTE,
+           "frames",
+           text(count, 6) + " of " + text(number, 6) + " frames that were looked at " + what,
+           {{name + "_share", share}},
+           ""});
+  };
+  say("cannot be read", "unreadable", [](const FrameLook& look) { return !look.is_read; });
+  say("are dark", "dark",
+      [](const FrameLook& look) { return look.is_read && look.brightness < 8; });
+  say("have next to no depth", "empty",
+      [](const FrameLook& look) { return look.is_read && look.measured < 0.02; });
+  say("have blurred colour", "blurred", [&](const FrameLook& look) {
+    return look.is_read && look.brightness >= 8 && look.sharpness < 0.4 * usual;
+  });
+}
+
+/** Neighbours that repeat an image bit for bit, in recordings whose reader leaves them in. */
+void
+checkRepetitions(const Sample& sample, std::vector<Finding>& findings)
+{
+  std::size_t pairs = 0, color = 0, depth = 0;
+  for (std::size_t i = 1; i < sample.looks.size(); ++i) {
+    const FrameLook &look = sample.looks[i], &before = sample.looks[i - 1];
+    if (sample.places[i] != sample.places[i - 1] + 1 || !look.is_read || !before.is_read)
+      continue;
+    ++pairs;
+    const bool same_color = look.color_hash == before.color_hash && look.contrast > 0;
+    const bool same_depth = look.depth_hash == before.depth_hash && look.measured > 0;
+    color += same_color && !same_depth;
+    depth += same_depth && !same_color;
+  }
+  for (const auto& [count, name] :
+       {std::make_pair(color, "colour"), std::make_pair(depth, "depth")})
+    if (count > 1 && 5 * count > pairs)
+      findings.push_back({Severity::WARNING,
+                          "repeated_images",
+                          std::to_string(count) + " of " + std::to_string(pairs) +
+                              " neighbouring frames have the same " + name +
+                              " image, bit for bit, while the other image is new",
+                          {{"share", double(count) / double(pairs)}},
+                          "leave out the repeated images"});
+}
+
+void
+checkGaps(const RGBDDataset& dataset, std::vector<Finding>& findings)
+{
+  if (!dataset.isOrdered() || dataset.size() < 3)
+    return;
+  const std::vector<std::size_t> order = orderOf(dataset);
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < order.size(); ++i)
+    steps.push_back(dataset.timestamp(order[i]) - dataset.timestamp(order[i - 1]));
+  const double usual = median(steps), longest = *std::max_element(steps.begin(), steps.end());
+  const auto gaps = std::count_if(steps.begin(), steps.end(),
+                                  [&](double step) { return step > 10 * usual && step > 1; });
+  if (usual > 0 && gaps > 0)
+    findings.push_back({Severity::NOTE,
+                        "time_stamps",
+                        "time has " + std::to_string(gaps) + " gaps, the longest of " +
+                            text(longest) + " s, where frames are usually " + text(usual) +
+                            " s apart",
+                        {{"gaps", double(gaps)}, {"longest_gap_s", longest}},
+                        ""});
+}
+
+} // namespace
+
+bool
+CheckOptions::isValid(std::string* error) const
+{
+  const bool is_valid = num_frames >= 2 && num_frames <= 1000 && num_threads >= 0;
+  if (!is_valid && error)
+    *error = "frames to look at must be 2 to 1000, threads at least 0";
+  return is_valid;
+}
+
+std::vector<Finding>
+checkRecording(const RGBDDataset& dataset, const CheckOptions& options)
+{
+  std::string error;
+  if (!options.isValid(&error))
+    throw pcl::BadArgumentException("checkRecording: " + error);
+  if (dataset.size() == 0)
+    throw pcl::BadArgumentException("checkRecording: the recording has no frame");
+  std::vector<Finding> findings = dataset.findings();
+  const Sample sample = takeSample(dataset, options);
+  checkCamera(dataset.camera(), findings);
+  checkUnits(sample, findings);
+  checkTogether(sample, findings);
+  checkRepetitions(sample, findings);
+  checkFrames(sample, findings);
+  checkGaps(dataset, findings);
+  return findings;
+}
+
+} // namespace bundle_icp
