@@ -99,8 +99,8 @@ def print_program(name, text):
 print('''# Options
 
 Every option of every program. `bash scripts/options.sh` makes this page from what the programs print with
-`-h`. Exit codes: 0 for success, 1 for failure, 2 for wrong usage. Results go to files or to the standard
-output, messages and progress to the error stream.''')
+`-h`. Exit codes: 0 for success, 1 for failure, 2 for wrong usage, 3 for results that were written, but are
+doubtful. Results go to files or to the standard output, messages and progress to the error stream.''')
 for path in sorted(glob.glob(os.path.join(programs, 'bundle_icp_*'))):
     name = os.path.basename(path)
     if name.startswith('bundle_icp_example_') or not os.access(path, os.X_OK):

@@ -26,6 +26,9 @@ using namespace bundle_icp;
 
 namespace {
 
+/** Exit code of a run whose results are written, but doubtful. */
+constexpr int DOUBTFUL_RESULT = 3;
+
 struct Arguments {
   std::string scan, output, method, matching, solver, device = "auto";
   DatasetOptions dataset;
@@ -172,6 +175,8 @@ printHelp(const po::options_description& visible)
          "camera) and the pictures OUT/mesh.png and OUT/trajectory.png.\n"
          "SCAN is a folder in the layout of TUM RGB-D, 7-Scenes or 3DMatch, or Open3D. The world\n"
          "frame is the camera frame of the earliest registered frame: x right, y down, z forward.\n"
+         "Exit codes: 0 = done, verdict good or usable; 1 = failed; 2 = wrong usage; 3 = done and\n"
+         "written, but the verdict is doubtful: the last lines say why and what to do.\n"
       << visible;
 }
 
@@ -313,6 +318,55 @@ printObject(const ReconstructionResult& result)
             << turn.coeffs().transpose().format(commas) << "\n";
 }
 
+/** What a user should know, the gravest first; what is merely worth knowing is in the report. */
+std::vector<Finding>
+findingsAboveNote(const ReconstructionResult& result)
+{
+  std::vector<Finding> findings = result.findings;
+  findings.erase(
+      std::remove_if(findings.begin(), findings.end(),
+                     [](const Finding& finding) { return finding.severity == Severity::NOTE; }),
+      findings.end());
+  std::stable_sort(findings.begin(), findings.end(),
+                   [](const Finding& a, const Finding& b) { return a.severity > b.severity; });
+  return findings;
+}
+
+/** The verdict with its three most important reasons and what to do. */
+void
+printVerdict(const ReconstructionResult& result)
+{
+  constexpr std::size_t num_reasons = 3;
+  const std::vector<Finding> findings = findingsAboveNote(result);
+  for (std::size_t i = num_reasons; i < findings.size(); ++i)
+    std::cerr << toString(findings[i]) << "\n";
+  std::cout << "verdict: " << toString(result.verdict()) << "\n";
+  for (std::size_t i = 0; i < std::min(num_reasons, findings.size()); ++i)
+    std::cout << "  " << toString(findings[i]) << "\n";
+}
+
+/** Frames whose poses other frames contradict. */
+void
+printDoubts(const ReconstructionResult& result)
+{
+  constexpr std::size_t max_names = 3;
+  std::size_t count = 0;
+  for (const FrameReport& frame : result.frames)
+    if (frame.verdict == FrameVerdict::DOUBTFUL && ++count <= max_names)
+      std::cerr << frame.name << ": doubtful pose: " << frame.doubt << "\n";
+  if (count > max_names)
+    std::cerr << "and " << count - max_names << " more frames with a doubtful pose\n";
+}
+
+/** How large the scene is: a wrong unit shows here. */
+void
+printScene(const ReconstructionResult& result)
+{
+  for (const Finding& finding : result.findings)
+    if (finding.kind == "scene")
+      std::cout << finding.what << "\n";
+}
+
 void
 printSummary(const Arguments& arguments, const RGBDDataset& dataset,
              const ReconstructionResult& result)
@@ -326,10 +380,12 @@ printSummary(const Arguments& arguments, const RGBDDataset& dataset,
     std::cerr << "sensor: " << sensorName(noise) << ", depth deviates by " << noise.constant
               << " m + " << noise.quadratic << " /m (z - " << noise.offset << " m)^2\n";
   printReasons(result, 3);
+  printDoubts(result);
   printCorrections(result);
   printObject(result);
   printMeshReport(result);
   std::cout << result.summary() << "\n";
+  printScene(result);
   double total = 0;
   for (const auto& [stage, seconds] : result.timing_s) {
     std::cout << stage << " " << std::round(10 * seconds) / 10 << " s, ";
@@ -338,6 +394,7 @@ printSummary(const Arguments& arguments, const RGBDDataset& dataset,
   std::cout << "together " << std::round(10 * total) / 10 << " s; peak memory "
             << result.peak_memory_bytes / 1000000 << " MB\n";
   std::cout << "Results are in " << arguments.output << "\n";
+  printVerdict(result);
 }
 
 int
@@ -363,7 +420,9 @@ runReconstruction(int argc, char** argv)
     throw pcl::PCLException(arguments->scan + ": --roi object: " + result.object->reason);
   writeReconstruction(arguments->output, *dataset, arguments->reconstruction, result);
   printSummary(*arguments, *dataset, result);
-  return std::cout.flush() ? 0 : 1;
+  if (!std::cout.flush())
+    return 1;
+  return result.verdict() == Verdict::DOUBTFUL ? DOUBTFUL_RESULT : 0;
 }
 
 } // namespace

@@ -3,11 +3,13 @@
 #pragma once
 
 #include <bundle_icp/baselines/frame_to_model.h>
+#include <bundle_icp/common/finding.h>
 #include <bundle_icp/common/progress.h>
 #include <bundle_icp/graph/image_graph.h>
 #include <bundle_icp/io/rgbd_dataset.h>
 #include <bundle_icp/io/trajectory.h>
 #include <bundle_icp/mapping/incremental_mapper.h>
+#include <bundle_icp/refinement/frame_verdict.h>
 #include <bundle_icp/volume/extract_surface.h>
 #include <bundle_icp/volume/object_region.h>
 #include <bundle_icp/volume/tsdf_volume.h>
@@ -92,13 +94,21 @@ struct FrameReport : FrameRegistration {
   std::string name;     ///< RGBDDataset::name()
   int component = -1;   ///< 0 is the largest component; each component has its own world frame
   std::size_t features = 0;
-  Pose world_from_depth = Pose::Identity(); ///< camera pose when the depth image was taken
+  Pose world_from_depth = Pose::Identity();      ///< camera pose when the depth image was taken
+  FrameVerdict verdict = FrameVerdict::LEFT_OUT; ///< what the other frames say of the pose
+  std::string doubt;                             ///< why the pose is doubtful
+  /** Share of its depth that agrees with what other frames saw there, 0 ... 1; the rest lies in
+   *  space that others looked through, or others' depth lies in space that it looked through. */
+  double depth_agreement = 0;
 };
 
 /** Result of reconstruct(). The world frame is the camera frame of the earliest registered frame of
  *  component 0. */
 struct ReconstructionResult {
   ReconstructionStatus status = ReconstructionStatus::NOTHING_REGISTERED;
+  /** What a user should know: what the dataset's reader found, and what verification of the final
+   *  poses says of them. */
+  std::vector<Finding> findings;
   std::vector<FrameReport> frames;          ///< in the order of the dataset
   std::vector<std::size_t> component_sizes; ///< frames in each component
   /** Its nodes are the frames that could be read; F2M_ICP and VISUAL_ICP make no graph and no
@@ -113,6 +123,10 @@ struct ReconstructionResult {
   MeshReport mesh_report; ///< how the mesh was cleaned and decimated
   std::vector<std::pair<std::string, double>> timing_s; ///< wall time of each stage [s]
   std::size_t peak_memory_bytes = 0;                    ///< peak memory of the process so far
+
+  /** Whether the result can be trusted, as the findings say. */
+  BUNDLE_ICP_EXPORT Verdict
+  verdict() const;
 
   /** Poses of the frames of a component. */
   BUNDLE_ICP_EXPORT Trajectory
@@ -163,7 +177,8 @@ reconstruct(PreparedScan& scan, const ReconstructionOptions& options,
 /** Writes into a folder, which is made if needed: `report.json`; with poses `trajectory.txt`,
  *  `calibration.json` and `trajectory.png`; with a graph `sparse.ply`; with a mesh `mesh.png` and
  *  `mesh.EXTENSION` in each format. All files are complete before the first replaces an older one:
- *  on failure the folder stays as it was. Other files in the folder stay.
+ *  on failure the folder stays as it was. Files of these names that this result does not have are
+ *  removed; other files in the folder stay.
  *  \throws pcl::IOException naming the file and the reason. */
 BUNDLE_ICP_EXPORT void
 writeReconstruction(const std::string& folder, const RGBDDataset& dataset,

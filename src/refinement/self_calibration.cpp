@@ -11,6 +11,7 @@
 #include <cmath>
 #include <numeric>
 #include <set>
+#include <utility>
 
 namespace bundle_icp {
 namespace {
@@ -20,23 +21,26 @@ using P = CalibrationParameter;
 /** Held-back observations have a hold on poses and points that were fitted to them, too: what is
  *  left of it must be far less than the gains that are compared. */
 constexpr double FUNCTION_TOLERANCE = 1e-7;
+/** A correction of fewer standard deviations is none. */
+constexpr double MIN_DEVIATIONS = 2;
 
 std::vector<CalibrationTest>
 candidates(const SelfCalibrationOptions& options)
 {
   std::vector<CalibrationTest> tests;
   if (options.depth_errors)
-    tests.push_back({"depth error of each image", {}});
+    tests.push_back({"depth error of each image", {}, false, 0, 0, {}});
   if (options.camera)
-    tests.insert(tests.end(),
-                 {{"rolling shutter", {P::READOUT}},
-                  {"time offset of depth", {P::TIME_OFFSET}},
-                  {"focal length", {P::FOCAL_X, P::FOCAL_Y}},
-                  {"principal point", {P::CENTER_X, P::CENTER_Y}},
-                  {"radial distortion", {P::RADIAL_1, P::RADIAL_2}},
-                  {"depth bias", {P::DEPTH_BIAS}},
-                  {"depth tilt", {P::DEPTH_TILT_X, P::DEPTH_TILT_Y}},
-                  {"depth to colour alignment", {P::DEPTH_SHIFT_X, P::DEPTH_SHIFT_Y}}});
+    for (const auto& [name, parameters] : std::vector<std::pair<const char*, std::vector<P>>>{
+             {"rolling shutter", {P::READOUT}},
+             {"time offset of depth", {P::TIME_OFFSET}},
+             {"focal length", {P::FOCAL_X, P::FOCAL_Y}},
+             {"principal point", {P::CENTER_X, P::CENTER_Y}},
+             {"radial distortion", {P::RADIAL_1, P::RADIAL_2}},
+             {"depth bias", {P::DEPTH_BIAS}},
+             {"depth tilt", {P::DEPTH_TILT_X, P::DEPTH_TILT_Y}},
+             {"depth to colour alignment", {P::DEPTH_SHIFT_X, P::DEPTH_SHIFT_Y}}})
+      tests.push_back({name, parameters, false, 0, 0, {}});
   return tests;
 }
 
@@ -101,6 +105,12 @@ public:
 private:
   Trial
   tryOut(const SparseModel& model, const CalibrationTest& test) const;
+  bool
+  isPlausible(const Calibration& calibration, CalibrationTest& test) const;
+  void
+  addCorrections(SparseModel& model, SelfCalibrationResult& result);
+  bool
+  dropZeros(SparseModel& model, SelfCalibrationResult& result);
 
   static void
   add(const CalibrationTest& test, BundleAdjustmentProblem& problem)
@@ -146,13 +156,24 @@ SelfCalibration::tryOut(const SparseModel& model, const CalibrationTest& test) c
   return trial;
 }
 
-SelfCalibrationResult
-SelfCalibration::run(SparseModel& model)
+/** Whether the values lie within what cameras are; if not, the test keeps them. */
+bool
+SelfCalibration::isPlausible(const Calibration& calibration, CalibrationTest& test) const
 {
-  SelfCalibrationResult result;
-  result.tests = candidates(options_);
-  adjustBundle(graph_, problem_, adjustment_, model);
-  cost_ = heldBackCost(graph_, problem_, adjustment_, model);
+  const bool is_plausible =
+      std::all_of(test.parameters.begin(), test.parameters.end(), [&](P parameter) {
+        return std::abs(calibration[parameter]) < largestCorrection(parameter, graph_.camera());
+      });
+  for (const P parameter : test.parameters)
+    if (!is_plausible)
+      test.implausible.push_back(calibration[parameter]);
+  return is_plausible;
+}
+
+/** One after the other, the best first, as long as there are good ones. */
+void
+SelfCalibration::addCorrections(SparseModel& model, SelfCalibrationResult& result)
+{
   while (true) {
     std::vector<std::size_t> open;
     for (std::size_t t = 0; t < result.tests.size(); ++t)
@@ -170,22 +191,94 @@ SelfCalibration::run(SparseModel& model)
         best = k;
     }
     if (best == open.size())
-      break;
+      return;
     CalibrationTest& test = result.tests[open[best]];
+    if (!isPlausible(trials[best].model.calibration(), test))
+      return; // what is fitted to a wrong camera explains nothing
     test.applied = true;
     add(test, problem_);
     model = std::move(trials[best].model);
     cost_ = heldBackCost(graph_, problem_, adjustment_, model);
   }
+}
+
+/** Takes back corrections that are 0 within their deviations. \return whether there was one */
+bool
+SelfCalibration::dropZeros(SparseModel& model, SelfCalibrationResult& result)
+{
+  Calibration calibration = model.calibration();
+  problem_.calibrated.clear();
+  bool has_dropped = false;
+  for (CalibrationTest& test : result.tests) {
+    if (!test.applied || test.parameters.empty())
+      continue;
+    test.applied = std::any_of(test.parameters.begin(), test.parameters.end(), [&](P parameter) {
+      return std::abs(calibration[parameter]) >
+             MIN_DEVIATIONS * calibration.deviations[int(parameter)];
+    });
+    if (test.applied)
+      add(test, problem_);
+    has_dropped |= !test.applied;
+    for (const P parameter : test.parameters)
+      if (!test.applied)
+        calibration[parameter] = calibration.deviations[int(parameter)] = 0;
+  }
+  model.setCalibration(calibration);
+  return has_dropped;
+}
+
+SelfCalibrationResult
+SelfCalibration::run(SparseModel& model)
+{
+  SelfCalibrationResult result;
+  result.tests = candidates(options_);
+  adjustBundle(graph_, problem_, adjustment_, model);
+  cost_ = heldBackCost(graph_, problem_, adjustment_, model);
+  addCorrections(model, result);
+  const auto setDeviations = [&] {
+    Calibration calibration = model.calibration();
+    calibration.deviations = calibrationDeviations(graph_, problem_, adjustment_, model);
+    model.setCalibration(calibration);
+  };
+  setDeviations();
+  if (dropZeros(model, result)) {
+    adjustBundle(graph_, problem_, adjustment_, model);
+    setDeviations();
+  }
   result.calibrated = problem_.calibrated;
   result.depth_errors = problem_.depth_errors;
-  Calibration calibration = model.calibration();
-  calibration.deviations = calibrationDeviations(graph_, problem_, adjustment_, model);
-  model.setCalibration(calibration);
   return result;
 }
 
 } // namespace
+
+double
+largestCorrection(CalibrationParameter parameter, const CameraIntrinsics& camera)
+{
+  switch (parameter) {
+  case P::FOCAL_X:
+  case P::FOCAL_Y:
+    return 0.05;
+  case P::CENTER_X:
+  case P::DEPTH_SHIFT_X:
+    return 0.1 * camera.width;
+  case P::CENTER_Y:
+  case P::DEPTH_SHIFT_Y:
+    return 0.1 * camera.height;
+  case P::RADIAL_1:
+  case P::RADIAL_2:
+    return 2;
+  case P::DEPTH_BIAS:
+  case P::DEPTH_TILT_X:
+  case P::DEPTH_TILT_Y:
+    return 0.1;
+  case P::READOUT:
+    return 0.1;
+  case P::TIME_OFFSET:
+    return 0.25;
+  }
+  return 0;
+}
 
 bool
 SelfCalibrationOptions::isValid(std::string* error) const

@@ -2,8 +2,10 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include <bundle_icp/reconstruction.h>
 
+#include "refinement/verification.h"
 #include "scan/prepared_scan.h"
 #include "scan/read_in_order.h"
+#include "scan/result_findings.h"
 #include "scan/scan_surface.h"
 
 #include <pcl/exceptions.h>
@@ -64,6 +66,8 @@ private:
   trackFrame(FrameToModelTracker& tracker, std::size_t index, const RGBDFrame& rgbd);
   bool
   mapFrames();
+  void
+  verify();
   bool
   makeSurface();
   void
@@ -95,8 +99,15 @@ Reconstruction::timed(const char* name, const Stage& stage)
 ReconstructionResult
 Reconstruction::run()
 {
-  const bool completed = prepare() && estimatePoses() &&
-                         (!options_.make_mesh || result_.component_sizes.empty() || makeSurface());
+  result_.findings = scan_.dataset().findings();
+  const bool has_poses = prepare() && estimatePoses();
+  if (has_poses && result_.graph)
+    timed("verification", [this] {
+      verify();
+      return true;
+    });
+  const bool completed =
+      has_poses && (!options_.make_mesh || result_.component_sizes.empty() || makeSurface());
   result_.status = !completed                        ? ReconstructionStatus::STOPPED
                    : result_.component_sizes.empty() ? ReconstructionStatus::NOTHING_REGISTERED
                    : result_.object && !result_.object->is_found ? ReconstructionStatus::NO_OBJECT
@@ -156,8 +167,10 @@ Reconstruction::trackFrames()
     result_.component_sizes = {tracked};
   else
     for (FrameReport& frame : result_.frames)
-      if (std::exchange(frame.registered, false))
+      if (std::exchange(frame.registered, false)) {
+        frame.verdict = FrameVerdict::LEFT_OUT;
         frame.reason = "no other frame could be aligned with it";
+      }
   return completed;
 }
 
@@ -172,6 +185,7 @@ Reconstruction::trackFrame(FrameToModelTracker& tracker, std::size_t index, cons
   frame.features = is_visual ? frame.features : 0;
   frame.by_geometry = frame.matches == 0;
   frame.world_from_depth = frame.world_from_camera;
+  frame.verdict = frame.registered ? FrameVerdict::UNCHECKED : FrameVerdict::LEFT_OUT;
   return frame.registered;
 }
 
@@ -236,6 +250,31 @@ Reconstruction::reportFrames(const std::vector<FrameRegistration>& registrations
   }
 }
 
+/** What the other frames say of each final pose, and what follows for the scan. */
+void
+Reconstruction::verify()
+{
+  const auto view_of_node = [this](std::size_t node) {
+    return scan_.depthViews().get(result_.frame_of_node[node], result_.model.calibration(),
+                                  result_.model.depthError(node));
+  };
+  const Verification verification = verifyPoses(*result_.graph, result_.model, view_of_node,
+                                                scan_.dataset().isOrdered(), options_.num_threads);
+  for (std::size_t node = 0; node < verification.frames.size(); ++node) {
+    FrameReport& frame = result_.frames[result_.frame_of_node[node]];
+    frame.verdict = verification.frames[node].verdict;
+    frame.doubt = verification.frames[node].doubt;
+    frame.depth_agreement = verification.frames[node].depth_agreement;
+  }
+  const auto add = [this](const std::vector<Finding>& findings) {
+    result_.findings.insert(result_.findings.end(), findings.begin(), findings.end());
+  };
+  add(verification.findings);
+  add(calibrationFindings(result_.self_calibration, result_.model.calibration(),
+                          scan_.dataset().camera()));
+  add(sceneFindings(result_));
+}
+
 bool
 Reconstruction::makeSurface()
 {
@@ -250,8 +289,12 @@ Reconstruction::makeSurface()
     if (!result_.object->is_found)
       return true;
   }
-  return timed("surface",
-               [this] { return fuseSurface(scan_.dataset(), options_, progress_, result_); });
+  if (!timed("surface",
+             [this] { return fuseSurface(scan_.dataset(), options_, progress_, result_); }))
+    return false;
+  if (result_.mesh.polygons.empty())
+    result_.findings.push_back(emptySurface(options_, result_));
+  return true;
 }
 
 Trajectory

@@ -113,10 +113,18 @@ public:
     return path_.string() + "/";
   }
 
-  /** Gives every file its place. */
+  /** Gives every file its place. A file of an earlier result that this one does not have is removed:
+   *  it would pass for a part of this one. */
   void
   publish() const
   {
+    std::vector<std::string> names{"mesh.png", "trajectory.png", "trajectory.txt",
+                                   "calibration.json", "sparse.ply"};
+    for (const std::string& format : meshFormats())
+      names.push_back("mesh." + format);
+    for (const std::string& name : names)
+      if (boost::system::error_code ignored; !fs::exists(path_ / name))
+        fs::remove(folder_ / name, ignored);
     for (const fs::directory_entry& entry : fs::directory_iterator(path_))
       writeAtomically((folder_ / entry.path().filename()).string(),
                       [&](const std::string& temporary) { fs::rename(entry.path(), temporary); });

@@ -25,6 +25,11 @@ toJson(const FrameReport& frame)
     json["component"] = frame.component;
   if (!frame.reason.empty())
     json["reason"] = frame.reason;
+  json["verdict"] = toString(frame.verdict);
+  if (!frame.doubt.empty())
+    json["doubt"] = frame.doubt;
+  if (frame.verdict == FrameVerdict::GOOD || frame.verdict == FrameVerdict::DOUBTFUL)
+    json["depth_agreement"] = frame.depth_agreement;
   json["features"] = frame.features;
   json["matches"] = frame.matches;
   json["inliers"] = frame.inliers;
@@ -35,6 +40,20 @@ toJson(const FrameReport& frame)
     json["by_geometry"] = true;
   if (!frame.depth_error.isZero(0))
     json["depth_error"] = {frame.depth_error[0], frame.depth_error[1], frame.depth_error[2]};
+  return json;
+}
+
+Json
+toJson(const Finding& finding)
+{
+  Json json{{"severity", toString(finding.severity)},
+            {"kind", finding.kind},
+            {"what", finding.what},
+            {"evidence", Json::object()}};
+  for (const auto& [name, value] : finding.evidence)
+    json["evidence"][name] = value;
+  if (!finding.remedy.empty())
+    json["remedy"] = finding.remedy;
   return json;
 }
 
@@ -142,6 +161,8 @@ toJson(const CalibrationTest& test)
   for (const CalibrationParameter parameter : test.parameters)
     json["parameters"].push_back(calibrationName(parameter));
   json["applied"] = test.applied;
+  if (!test.implausible.empty())
+    json["implausible"] = test.implausible;
   json["gain"] = test.gain;
   json["significance"] = test.significance;
   return json;
@@ -192,7 +213,11 @@ makeReport(const RGBDDataset& dataset, const ReconstructionOptions& options,
            const ReconstructionResult& result)
 {
   Json report{{"version", BUNDLE_ICP_VERSION},
-              {"dataset", {{"format", dataset.format()}, {"frames", dataset.size()}}}};
+              {"dataset", {{"format", dataset.format()}, {"frames", dataset.size()}}},
+              {"verdict", toString(result.verdict())},
+              {"findings", Json::array()}};
+  for (const Finding& finding : result.findings)
+    report["findings"].push_back(toJson(finding));
   report["frames"] = Json::array();
   for (const FrameReport& frame : result.frames)
     report["frames"].push_back(toJson(frame));

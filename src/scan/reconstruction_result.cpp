@@ -20,6 +20,12 @@ toString(ReconstructionStatus status)
   return "";
 }
 
+Verdict
+ReconstructionResult::verdict() const
+{
+  return verdictOf(findings);
+}
+
 std::string
 ReconstructionResult::summary() const
 {

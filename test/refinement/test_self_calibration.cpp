@@ -6,6 +6,7 @@
 #include "faulty_camera.h"
 #include "mapping/frame_motions.h"
 #include "messages.h"
+#include "refinement/verification.h"
 
 #include <pcl/exceptions.h>
 
@@ -227,6 +228,26 @@ TEST(SelfCalibrate, RefusesCorrectionsOfACameraWithoutFaults)
         EXPECT_GT(test.gain, -SelfCalibrationOptions().min_gain) << report(result);
       }
   }
+}
+
+TEST(SelfCalibrate, SaysButDoesNotApplyAFocalLengthThatNoErrorOfCalibrationExplains)
+{
+  FaultyCamera camera;
+  camera.faults[P::FOCAL_X] = camera.faults[P::FOCAL_Y] = 0.1;
+  Scan scan(camera);
+  const SelfCalibrationResult result = scan.calibrate();
+  EXPECT_EQ(scan.model.calibration()[P::FOCAL_X], 0) << report(result);
+  const CalibrationTest& focal = result.tests[3];
+  ASSERT_EQ(focal.name, "focal length");
+  EXPECT_FALSE(focal.applied);
+  ASSERT_EQ(focal.implausible.size(), 2u) << report(result);
+  EXPECT_NEAR(focal.implausible[0], 0.1, 0.03);
+  const std::vector<Finding> findings =
+      calibrationFindings(result, scan.model.calibration(), scan.graph.camera());
+  ASSERT_EQ(findings.size(), 1u);
+  EXPECT_EQ(findings[0].kind, "focal_length");
+  EXPECT_EQ(findings[0].severity, Severity::FAULT);
+  EXPECT_NEAR(findings[0].evidence[2].second, 1.1 * scan.graph.camera().fx, 10);
 }
 
 TEST(SelfCalibrate, CannotSeeADepthScale)

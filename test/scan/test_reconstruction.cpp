@@ -73,7 +73,10 @@ TEST(Reconstruct, FindsTheTruePoses)
     EXPECT_EQ(frame.reason, "");
     EXPECT_GT(frame.features, 100u);
     EXPECT_EQ(frame.name, "frame " + std::to_string(frame.id));
+    EXPECT_EQ(frame.verdict, FrameVerdict::GOOD) << frame.doubt;
+    EXPECT_GT(frame.depth_agreement, 0.9);
   }
+  EXPECT_EQ(result.verdict(), Verdict::GOOD);
   EXPECT_GT(result.peak_memory_bytes, 0u);
 }
 
@@ -145,7 +148,7 @@ TEST(Reconstruct, EveryMethodOnTheSamePreparedScan)
       EXPECT_GT(seconds, 0) << name << ": " << stage;
     }
   }
-  const std::vector<std::string> all{"features", "matching", "registration"};
+  const std::vector<std::string> all{"features", "matching", "registration", "verification"};
   EXPECT_EQ(stages["bundle_icp"], all);
   EXPECT_EQ(stages["rgbd_sfm"], all);
   EXPECT_EQ(stages["visual_icp"], (std::vector<std::string>{"features", "tracking"}));
@@ -187,6 +190,18 @@ TEST(Reconstruct, SkipsAndNamesFramesThatCannotBeRead)
   }
   EXPECT_EQ(result.graph->size(), 6u);
   EXPECT_TRUE(result.graph->features(0).descriptors.empty());
+}
+
+TEST(Reconstruct, SaysWhyTheSurfaceIsEmpty)
+{
+  ReconstructionOptions options;
+  options.volume.min_depth = 0.05;
+  options.volume.max_depth = 0.1;
+  const ReconstructionResult result = reconstruct(Frames(everyFourth()), options);
+  EXPECT_EQ(result.verdict(), Verdict::DOUBTFUL);
+  ASSERT_FALSE(result.findings.empty());
+  EXPECT_EQ(result.findings.back().kind, "empty_surface");
+  EXPECT_CONTAINS(result.findings.back().what, "hardly any depth lies between 0.05 and 0.1 m");
 }
 
 TEST(Reconstruct, SaysOfEachFrameWhyNothingWasRegistered)

@@ -26,6 +26,10 @@ TEST(WriteReconstruction, WritesAllFilesAndTheReport)
   EXPECT_EQ(readTrajectory(folder.path("new/out/trajectory.txt")).size(), 7u);
 
   const auto report = nlohmann::json::parse(readText(folder.path("new/out/report.json")));
+  EXPECT_EQ(report["verdict"], "good");
+  EXPECT_EQ(report["findings"][0]["kind"], "scene");
+  EXPECT_EQ(report["frames"][0]["verdict"], "good");
+  EXPECT_EQ(report["frames"][2]["verdict"], "left out");
   for (const char* key : {"version", "frames", "components", "timing_s", "peak_memory_bytes",
                           "calibration", "options"})
     EXPECT_TRUE(report.contains(key)) << key;
@@ -53,6 +57,17 @@ TEST(WriteReconstruction, AFailureStillGetsAReport)
   EXPECT_TRUE(report["components"].empty());
   EXPECT_CONTAINS(report["frames"][1]["reason"].get<std::string>(), "is truncated");
   EXPECT_EQ(readText(folder.path("trajectory.txt")), "");
+}
+
+TEST(WriteReconstruction, LeavesNoFileOfAnEarlierResult)
+{
+  const TemporaryFolder folder;
+  for (const char* file : {"mesh.ply", "mesh.obj", "mesh.png", "notes.txt"})
+    writeText(folder.path(file), "earlier");
+  writeReconstruction(folder.path(), Frames(everyFourth()), withoutMesh(), reference());
+  for (const char* file : {"mesh.ply", "mesh.obj", "mesh.png"})
+    EXPECT_FALSE(boost::filesystem::exists(folder.path(file))) << file;
+  EXPECT_EQ(readText(folder.path("notes.txt")), "earlier");
 }
 
 TEST(WriteReconstruction, NamesTheFolderThatCannotBeMade)

@@ -44,7 +44,15 @@ struct CalibrationTest {
   bool applied = false;
   double gain = 0;         ///< share by which the cost of held-back observations fell
   double significance = 0; ///< mean of the gain per frame over the standard error of the mean
+  /** Values of the parameters that the scan wants, but that no camera has against its nominal
+   *  intrinsics: not applied, and no other correction after it. Empty = none. */
+  std::vector<double> implausible;
 };
+
+/** Largest correction of a parameter that is still one: beyond it the nominal camera is wrong. A
+ *  focal length may be corrected by less than 5 %. */
+BUNDLE_ICP_EXPORT double
+largestCorrection(CalibrationParameter parameter, const CameraIntrinsics& camera);
 
 /** Result of selfCalibrate(). */
 struct SelfCalibrationResult {
@@ -54,7 +62,9 @@ struct SelfCalibrationResult {
 };
 
 /** Finds the corrections that the scan supports. One after the other, the correction is added that
- *  best predicts held-back observations, as long as its gain is significant. Afterwards the model
+ *  best predicts held-back observations, as long as its gain is significant. A correction beyond
+ *  largestCorrection() ends the search and is not applied; one that is 0 within its deviations is
+ *  dropped. Afterwards the model
  *  holds the calibration fitted to the frames that took part, with its deviations. adjustBundle()
  *  with the result refines the calibration with all frames, beyond these deviations.
  *  \param frames that may take part; their motions in the model must be set

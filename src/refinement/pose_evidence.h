@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#pragma once
+
+#include <bundle_icp/model/sparse_model.h>
+#include <bundle_icp/virtual_depth/virtual_depth.h>
+
+namespace bundle_icp {
+
+/** How far the matches of a pair want its frames moved against each other: RMS over the matched
+ *  points and the three axes, in standard deviations of a single matched point. The motion that the
+ *  matches support is fitted to them all, so right poses give values far below 1. Common errors of
+ *  the pair's images, which make no pose wrong, may add some tenths. */
+double
+displacementByMatches(const ImageGraph& graph, const SparseModel& model, const FramePair& pair);
+
+/** What two depth images say of each other's poses, in numbers of pixels of a grid. */
+struct DepthAgreement {
+  double agree = 0;
+  double in_front = 0; ///< nearer than the other image saw: the other looked through it
+  double behind = 0;   ///< farther than the other image saw: hidden from it, no contradiction
+
+  DepthAgreement&
+  operator+=(const DepthAgreement& other)
+  {
+    agree += other.agree;
+    in_front += other.in_front;
+    behind += other.behind;
+    return *this;
+  }
+
+  double
+  compared() const
+  {
+    return agree + in_front;
+  }
+};
+
+/** Compares pixels of one depth image with those of another one. Pixels at depth edges, and what
+ *  lies outside of the other image, take no part. */
+DepthAgreement
+compareDepth(const DepthView& view, const DepthView& other, const Pose& other_from_view);
+
+} // namespace bundle_icp

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#pragma once
+
+#include <bundle_icp/common/finding.h>
+#include <bundle_icp/refinement/frame_verdict.h>
+#include <bundle_icp/refinement/self_calibration.h>
+#include <bundle_icp/virtual_depth/virtual_depth.h>
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace bundle_icp {
+
+/** What the other frames say of a frame's pose. */
+struct VerifiedFrame {
+  FrameVerdict verdict = FrameVerdict::LEFT_OUT;
+  std::string doubt; ///< why the frame is doubtful
+  /** Share of its depth that agrees with what others saw there, of that which agrees or lies in
+   *  front of it, in either direction. */
+  double depth_agreement = 0;
+  double displacement = 0; ///< median over its pairs, see displacementByMatches()
+};
+
+/** Outcome of verifyPoses(). */
+struct Verification {
+  std::vector<VerifiedFrame> frames; ///< by frame of the graph
+  std::vector<Finding> findings;     ///< what follows for the scan
+};
+
+/** Says of final poses whether the evidence agrees with them: of each pair with many matches the
+ *  relative pose, of each frame the depth that its neighbours saw. Frames that the others contradict
+ *  are taken out one by one, the worst first, so that a wrong frame does not speak against right
+ *  ones. Thresholds follow from the depth noise and from the spread over the scan.
+ *  \param depth_views gives the prepared view of a frame; several threads call it at once */
+Verification
+verifyPoses(const ImageGraph& graph, const SparseModel& model,
+            const std::function<std::shared_ptr<const DepthView>(std::size_t)>& depth_views,
+            bool ordered_in_time, int num_threads);
+
+/** What self-calibration says of the camera that it was given. */
+std::vector<Finding>
+calibrationFindings(const SelfCalibrationResult& result, const Calibration& calibration,
+                    const CameraIntrinsics& camera);
+
+} // namespace bundle_icp

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#include "scan/result_findings.h"
+
+#include "refinement/format_text.h"
+
+#include <algorithm>
+
+namespace bundle_icp {
+namespace {
+
+double
+quantile(std::vector<double>& values, double share)
+{
+  const auto place = values.begin() + std::ptrdiff_t(share * double(values.size() - 1));
+  std::nth_element(values.begin(), place, values.end());
+  return *place;
+}
+
+/** Of the features of frames with a pose [m]. */
+std::vector<double>
+featureDepths(const ReconstructionResult& result)
+{
+  std::vector<double> depths;
+  for (std::size_t node = 0; result.graph && node < result.graph->size(); ++node)
+    if (result.model.isRegistered(node))
+      for (const float depth : result.graph->features(node).depths)
+        if (depth > 0)
+          depths.push_back(depth);
+  return depths;
+}
+
+} // namespace
+
+std::vector<Finding>
+sceneFindings(const ReconstructionResult& result)
+{
+  std::vector<double> depths = featureDepths(result), along[3];
+  for (const ScenePoint& point : result.model.points())
+    if (!point.track.empty() && result.model.component(point.track.front().frame) == 0)
+      for (int axis = 0; axis < 3; ++axis)
+        along[axis].push_back(point.position[axis]);
+  if (depths.empty() || along[0].empty())
+    return {};
+  constexpr double few = 0.02; // points that lie far outside do not make the scene larger
+  double extent[3];
+  for (int axis = 0; axis < 3; ++axis)
+    extent[axis] = quantile(along[axis], 1 - few) - quantile(along[axis], few);
+  const double median = quantile(depths, 0.5);
+  return {{Severity::NOTE,
+           "scene",
+           formatText("median depth %.2f m, the scene is %.2f x %.2f x %.2f m large", median,
+                      extent[0], extent[1], extent[2]),
+           {{"median_depth_m", median},
+            {"extent_x_m", extent[0]},
+            {"extent_y_m", extent[1]},
+            {"extent_z_m", extent[2]}},
+           ""}};
+}
+
+Finding
+emptySurface(const ReconstructionOptions& options, const ReconstructionResult& result)
+{
+  Finding finding{Severity::FAULT, "empty_surface", "the surface is empty", {}, ""};
+  std::vector<double> depths = featureDepths(result);
+  const TSDFOptions& volume = options.volume;
+  const auto inside = std::count_if(depths.begin(), depths.end(), [&volume](double depth) {
+    return depth >= volume.min_depth && depth <= volume.max_depth;
+  });
+  if (!depths.empty()) {
+    const double median = quantile(depths, 0.5), share = double(inside) / double(depths.size());
+    finding.evidence = {{"median_depth_m", median}, {"share_within_depth_limits", share}};
+    if (share < 0.05) {
+      finding.what += formatText(": hardly any depth lies between %.3g and %.3g m, its median is "
+                                 "%.3g m",
+                                 volume.min_depth, volume.max_depth, median);
+      finding.remedy = "if the scene is not that far away, the unit of depth is wrong: "
+                       "--depth-scale; else --min-depth and --max-depth";
+      return finding;
+    }
+  }
+  if (result.mesh_report.cleaning.small_components > 0) {
+    finding.what += formatText(": its %zu pieces are smaller than --min-component",
+                               std::size_t(result.mesh_report.cleaning.small_components));
+    finding.remedy = "a smaller --min-component";
+  }
+  else if (volume.region || result.object) {
+    finding.what += ": no depth lies in the region of interest";
+    finding.remedy = "another --roi";
+  }
+  else
+    finding.remedy = "check the unit of depth (--depth-scale), --voxel-size and --truncation";
+  return finding;
+}
+
+} // namespace bundle_icp

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#pragma once
+
+#include <bundle_icp/reconstruction.h>
+
+namespace bundle_icp {
+
+/** How far and how large the scene is: what shows a wrong unit at a glance. */
+std::vector<Finding>
+sceneFindings(const ReconstructionResult& result);
+
+/** Why there is no surface although one was asked for. */
+Finding
+emptySurface(const ReconstructionOptions& options, const ReconstructionResult& result);
+
+} // namespace bundle_icp
