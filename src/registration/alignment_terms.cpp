@@ -67,6 +67,13 @@ tileGradients(const SourcePoints& source, int width, const Matches& matches, dou
 
 } // namespace
 
+Pose
+motionAbout(const Eigen::Vector3d& center, const Vector6d& delta)
+{
+  const Eigen::Translation3d to_center(center);
+  return to_center * increment(delta) * to_center.inverse();
+}
+
 AlignmentTerms::AlignmentTerms(const AlignmentProblem& problem)
 : problem_(withUnitNormals(problem)), nearest_(problem_)
 {

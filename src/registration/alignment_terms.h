@@ -7,6 +7,10 @@
 
 namespace bundle_icp {
 
+/** A small motion about a centre instead of the origin. */
+Pose
+motionAbout(const Eigen::Vector3d& center, const Vector6d& delta);
+
 /** The terms of an alignment at a pose: dense ones, the distances between closest points on one
  *  level of detail, and visual ones. Algorithm 1 of the paper, lines 5 and 6. */
 class AlignmentTerms {

@@ -255,7 +255,7 @@ FrameRegistrar::isEvidence(const BundleICPResult& dense, FrameRegistration& regi
 {
   if (!registration.by_geometry)
     return hasConverged(dense.status);
-  if (dense.status != BundleICPStatus::CONVERGED)
+  if (dense.status != BundleICPStatus::CONVERGED && dense.status != BundleICPStatus::LOW_OVERLAP)
     registration.reason = "geometry alone did not converge";
   else if (dense.overlap < options_.min_overlap)
     registration.reason = "geometry alone: only " + std::to_string(int(100 * dense.overlap)) +
@@ -264,6 +264,8 @@ FrameRegistrar::isEvidence(const BundleICPResult& dense, FrameRegistration& regi
     registration.reason = "geometry alone leaves " +
                           std::to_string(dense.degenerate_directions.size()) +
                           " directions of motion open";
+  else if (dense.status == BundleICPStatus::LOW_OVERLAP)
+    registration.reason = "geometry alone fits too little, or another pose as well";
   return registration.reason.empty();
 }
 

@@ -171,6 +171,12 @@ accumulateVisual(const VisualCorrespondences& visual, const Pose& pose,
   return system;
 }
 
+bool
+agreesLess(const VisualSystem& refined, const VisualSystem& own)
+{
+  return refined.cost > 1.3 * own.cost + 20 || double(refined.inliers) < 0.7 * double(own.inliers);
+}
+
 Step
 solve(const DenseSystem& dense, double variance_factor, const VisualSystem& visual,
       const Observability& observability)

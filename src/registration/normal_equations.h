@@ -51,6 +51,11 @@ VisualSystem
 accumulateVisual(const VisualCorrespondences& visual, const Pose& pose,
                  const Eigen::Vector3d& center, double scale);
 
+/** Whether the visual correspondences agree clearly less with a refined pose than with their own:
+ *  more than noise and a systematic error of either sensor explain. */
+bool
+agreesLess(const VisualSystem& refined, const VisualSystem& own);
+
 /** Bounds that decide whether the surfaces hold a direction. */
 struct Observability {
   double length = 1; ///< that makes rotations comparable to translations [m]

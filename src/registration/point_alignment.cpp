@@ -2,7 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include <bundle_icp/registration/impl/point_alignment.h>
 
-#include "registration/alignment_terms.h"
+#include "registration/basin_search.h"
 
 #include <pcl/console/print.h>
 
@@ -28,14 +28,11 @@ constexpr double LARGEST_SCALE = 2;
  * for the pose than against it. On pairs of three recordings, right poses have an agreement of 0.75
  * and more but for steps of half a metre (0.55), wrong ones that ICP was led to 0.5 and less. */
 constexpr double MIN_OVERLAP = 0.1, MIN_AGREEMENT = 0.6;
-
-/** A small motion about a centre instead of the origin. */
-Pose
-about(const Eigen::Vector3d& center, const Vector6d& delta)
-{
-  const Eigen::Translation3d to_center(center);
-  return to_center * increment(delta) * to_center.inverse();
-}
+/** Without visual evidence an answer with less may lie in a basin beside the right one. Frames
+ * against what they see have more. */
+constexpr double CLEAR_OVERLAP = 0.7, CLEAR_AGREEMENT = 0.92;
+/** A pose with less is not trusted, nor one when another pose has as much support but for this. */
+constexpr double TRUSTED_OVERLAP = 0.25, TRUSTED_AGREEMENT = 0.75, TRUSTED_LEAD = 0.1;
 
 /** Algorithm 1 of the paper, lines 4 to 7: from coarse levels to fine ones. */
 class Aligner {
@@ -53,6 +50,8 @@ public:
   approach();
   bool
   refine();
+  bool
+  lookAround(bool done);
   BundleICPResult
   finish(bool done);
 
@@ -70,7 +69,11 @@ private:
   void
   notify() const;
   bool
-  breaksVisualEvidence() const;
+  isGuessTrusted() const;
+  void
+  measureMeeting(const Evaluation& at);
+  BundleICPStatus
+  meetingStatus(const Evaluation& at) const;
   void
   report(const Evaluation& at);
   void
@@ -84,6 +87,7 @@ private:
   const AlignmentProblem& problem_;
   AlignmentTerms terms_;
   Pose pose_, initial_pose_;
+  bool ambiguous_ = false; ///< another pose has as much support
   BundleICPResult out_;
 };
 
@@ -120,7 +124,7 @@ Aligner::converged(const Pose& motion, std::size_t level) const
 void
 Aligner::iterate(const Evaluation& at)
 {
-  out_.last_step = about(terms_.center(), at.step.delta);
+  out_.last_step = motionAbout(terms_.center(), at.step.delta);
   pose_ = closestPose((out_.last_step * pose_).matrix());
   ++out_.iterations;
   if (problem_.on_iteration)
@@ -207,17 +211,58 @@ Aligner::runLevel(std::size_t level, float misalignment)
   return false;
 }
 
-/** True when the visual correspondences agree clearly less with the refined pose than
- * with their own: more than noise and a systematic error of either sensor explain. */
+/** Whether the start is as good as a pose that passes for right. */
 bool
-Aligner::breaksVisualEvidence() const
+Aligner::isGuessTrusted() const
 {
-  if (!hasVisualEvidence())
-    return false;
-  const VisualSystem before = terms_.visualTerms(initial_pose_);
-  const VisualSystem after = terms_.visualTerms(pose_);
-  return after.cost > 1.3 * before.cost + 20 ||
-         double(after.inliers) < 0.7 * double(before.inliers);
+  return hasVisualEvidence() || problem_.max_misalignment <= VISUAL_MISALIGNMENT;
+}
+
+void
+Aligner::measureMeeting(const Evaluation& at)
+{
+  const Meeting meeting = terms_.meeting(pose_, std::min(at.scale, LARGEST_SCALE));
+  out_.inliers = std::size_t(meeting.near);
+  out_.overlap = meeting.near / double(terms_.source().size());
+  out_.agreement = meeting.near / std::max(1.0, meeting.near + meeting.against);
+}
+
+/** Where the first answer is not clear: the best of all answers from about the start and this one,
+ *  and whether a second one is as good. \return whether the last level converged */
+bool
+Aligner::lookAround(bool done)
+{
+  if (!terms_.projective() || isGuessTrusted())
+    return done;
+  measureMeeting(terms_.evaluate(pose_));
+  if (out_.overlap >= CLEAR_OVERLAP && out_.agreement >= CLEAR_AGREEMENT)
+    return done;
+  const std::vector<Basin> basins =
+      findBasins(terms_, initial_pose_, pose_, problem_.max_misalignment);
+  terms_.useLevel(terms_.numLevels() - 1, 0);
+  const Basin& best = basins.front();
+  if (!areAlike(best.pose, pose_)) {
+    pose_ = best.pose;
+    out_.iterations = 0;
+    done = refine();
+  }
+  ambiguous_ = std::any_of(basins.begin(), basins.end(), [&](const Basin& other) {
+    return other.support > best.support - TRUSTED_LEAD && !areAlike(other.pose, pose_);
+  });
+  return done;
+}
+
+/** The status of a pose that ICP has found. */
+BundleICPStatus
+Aligner::meetingStatus(const Evaluation& at) const
+{
+  if (out_.overlap < MIN_OVERLAP || out_.agreement < MIN_AGREEMENT)
+    return BundleICPStatus::NO_OVERLAP;
+  const bool open = !at.step.degenerate.empty();
+  if (!isGuessTrusted() && (ambiguous_ || open || out_.overlap < TRUSTED_OVERLAP ||
+                            (terms_.projective() && out_.agreement < TRUSTED_AGREEMENT)))
+    return BundleICPStatus::LOW_OVERLAP;
+  return out_.status;
 }
 
 void
@@ -225,13 +270,9 @@ Aligner::report(const Evaluation& at)
 {
   BundleICPResult& result = out_;
   result.renderings = terms_.renderings();
-  const Meeting meeting = terms_.meeting(pose_, std::min(at.scale, LARGEST_SCALE));
-  result.inliers = std::size_t(meeting.near);
-  result.overlap = meeting.near / double(terms_.source().size());
-  result.agreement = meeting.near / std::max(1.0, meeting.near + meeting.against);
-  if (hasConverged(result.status) &&
-      (result.overlap < MIN_OVERLAP || result.agreement < MIN_AGREEMENT))
-    result.status = BundleICPStatus::NO_OVERLAP;
+  measureMeeting(at);
+  if (hasConverged(result.status))
+    result.status = meetingStatus(at);
   result.rmse = std::sqrt(at.dense.squared_inliers / std::max<double>(1, double(result.inliers)));
   const VisualSystem visual = terms_.visualTerms(pose_);
   result.visual_inliers = visual.inliers;
@@ -251,7 +292,7 @@ Aligner::reportInformation(const Evaluation& at)
   result.information = to_center.transpose() * terms_.information(at) * to_center;
   for (const Vector6d& direction : at.step.degenerate)
     result.degenerate_directions.push_back((to_origin * direction).normalized());
-  result.dense_pose = about(terms_.center(), at.step.dense_delta) * pose_;
+  result.dense_pose = motionAbout(terms_.center(), at.step.dense_delta) * pose_;
 }
 
 /** The last levels, with the virtual depth rendered anew as the pose moves.
@@ -279,7 +320,8 @@ Aligner::finish(bool done)
   status = done ? BundleICPStatus::CONVERGED : BundleICPStatus::MAX_ITERATIONS;
   if (at.dense.matched < 6)
     status = BundleICPStatus::TOO_FEW_CORRESPONDENCES;
-  else if (breaksVisualEvidence())
+  else if (hasVisualEvidence() &&
+           agreesLess(terms_.visualTerms(pose_), terms_.visualTerms(initial_pose_)))
     status = BundleICPStatus::REFINEMENT_REJECTED;
   if (!hasConverged(status)) {
     pose_ = initial_pose_;
@@ -299,7 +341,7 @@ alignPoints(const AlignmentProblem& problem, const Pose& start)
   if (!aligner.prepare())
     return aligner.invalid();
   aligner.approach();
-  const bool done = aligner.refine();
+  const bool done = aligner.lookAround(aligner.refine());
   return aligner.finish(done);
 }
 

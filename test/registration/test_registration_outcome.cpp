@@ -6,17 +6,21 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <set>
 
 using namespace bundle_icp;
 
 namespace {
 
-constexpr BundleICPStatus ALL_STATUSES[] = {
-    BundleICPStatus::NOT_RUN,        BundleICPStatus::CONVERGED,
-    BundleICPStatus::MAX_ITERATIONS, BundleICPStatus::TOO_FEW_CORRESPONDENCES,
-    BundleICPStatus::NO_OVERLAP,     BundleICPStatus::REFINEMENT_REJECTED,
-    BundleICPStatus::INVALID_INPUT};
+constexpr BundleICPStatus ALL_STATUSES[] = {BundleICPStatus::NOT_RUN,
+                                            BundleICPStatus::CONVERGED,
+                                            BundleICPStatus::MAX_ITERATIONS,
+                                            BundleICPStatus::TOO_FEW_CORRESPONDENCES,
+                                            BundleICPStatus::NO_OVERLAP,
+                                            BundleICPStatus::LOW_OVERLAP,
+                                            BundleICPStatus::REFINEMENT_REJECTED,
+                                            BundleICPStatus::INVALID_INPUT};
 
 } // namespace
 
@@ -46,6 +50,34 @@ TEST(BundleICPResult, SummaryNamesMetresOnlyWhereLengthsAreMetres)
   result.projective = true;
   EXPECT_EQ(result.summary(),
             "NO_OVERLAP: 123 inliers, overlap 0.25, distance 0.5 m, 17 iterations");
+}
+
+TEST(BundleICPResult, CovarianceIsTheInverseAndInfiniteAlongOpenDirections)
+{
+  BundleICPResult result;
+  for (int k = 0; k < 6; ++k)
+    EXPECT_TRUE(std::isinf(result.covariance()(k, k))) << "nothing was measured";
+
+  Matrix6d root = Matrix6d::Identity();
+  root(0, 4) = 3;
+  root(2, 3) = -2;
+  result.information = root.transpose() * root;
+  EXPECT_LT((result.covariance() * result.information - Matrix6d::Identity()).norm(), 1e-12);
+
+  // Open along the first axis of translation, and along a second one that slants
+  const Vector6d slanting = (Vector6d::Unit(1) - Vector6d::Unit(4)).normalized();
+  result.degenerate_directions = {Vector6d::Unit(3), slanting};
+  Matrix6d held = Matrix6d::Identity();
+  for (const Vector6d& direction : result.degenerate_directions)
+    held -= direction * direction.transpose();
+  result.information = 4 * held;
+  const Matrix6d covariance = result.covariance();
+  for (const int open : {1, 3, 4})
+    EXPECT_EQ(covariance(open, open), INFINITY) << open;
+  for (const int closed : {0, 2, 5})
+    EXPECT_NEAR(covariance(closed, closed), 0.25, 1e-12) << closed;
+  EXPECT_EQ(covariance(1, 4), -INFINITY) << "they move against each other";
+  EXPECT_NEAR(covariance(1, 3), 0, 1e-12) << "nothing links them";
 }
 
 TEST(FrameRegistrationOptions, NameTheFirstFault)

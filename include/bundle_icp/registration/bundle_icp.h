@@ -31,6 +31,12 @@ namespace bundle_icp {
  *  points are associated by a kd-tree, and any unit of length serves. Both ways are point-to-plane,
  *  robust and coarse to fine. A target without normals gets normals from its neighbourhoods.
  *
+ *  Where projection gives a first answer that much of the source contradicts or does not reach,
+ *  ICP starts again from some 200 poses about the guess, and the answer that most agrees is taken;
+ *  this takes several times as long. It is not done with visual correspondences, nor with a guess
+ *  that is said to be good (setMaxMisalignment()). A pose that cannot be trusted has the status
+ *  LOW_OVERLAP.
+ *
  *  Inherited setters keep PCL's meaning: the transformation epsilon is a squared length (default
  *  1e-8), the rotation epsilon a cosine (default 0: 1 - transformation epsilon), the Euclidean
  *  fitness epsilon a relative change of the mean squared distance. The default limit is 100
@@ -115,8 +121,9 @@ public:
   }
 
   /** Sets the largest distance between the surfaces under the guess of align() [m], default 0.3. A
-   *  smaller value is faster: below 0.03 projective association skips its coarse levels. A pose
-   *  from visual correspondences counts as within 0.03 m. Without a camera the value has no effect.
+   *  smaller value is faster: below 0.03 projective association skips its coarse levels. Up to
+   *  0.03 the guess decides along motions that the surfaces leave open. A pose from visual
+   *  correspondences counts as within 0.03 m. Without a camera the value has no effect.
    *  \throws pcl::BadArgumentException when negative or not finite. */
   void
   setMaxMisalignment(double distance);

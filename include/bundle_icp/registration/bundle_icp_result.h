@@ -17,15 +17,20 @@ enum class BundleICPStatus {
   MAX_ITERATIONS,          ///< the limit stopped the loop; the pose is that of the last iteration
   TOO_FEW_CORRESPONDENCES, ///< source and target do not meet; the pose is the initial pose
   NO_OVERLAP,              ///< the clouds do not meet at the last pose, or contradict each other
-  REFINEMENT_REJECTED,     ///< ICP contradicts the visual evidence, which gives the pose
-  INVALID_INPUT            ///< nothing was computed; the reason was printed
+  /** The clouds meet at the last pose, but it cannot be trusted: in less than a quarter of the source,
+   *  or at another pose nearly as well, or they leave directions of motion open. Not with visual
+   *  correspondences, nor with a guess that is said to be right within 3 cm
+   *  (BundleICP::setMaxMisalignment()), which decide then. */
+  LOW_OVERLAP,
+  REFINEMENT_REJECTED, ///< ICP contradicts the visual evidence, which gives the pose
+  INVALID_INPUT        ///< nothing was computed; the reason was printed
 };
 
 /** Name of a status, as it is written here. */
 BUNDLE_ICP_EXPORT const char*
 toString(BundleICPStatus status);
 
-/** Whether the clouds meet at the final pose. */
+/** Whether the clouds meet at the final pose, and there alone. */
 constexpr bool
 hasConverged(BundleICPStatus status)
 {
@@ -59,6 +64,12 @@ struct BUNDLE_ICP_EXPORT BundleICPResult {
   /** Unit motions delta (as above) that the surfaces do not constrain, for example sliding along a
    *  plane. Along these motions ICP adds nothing to what the visual correspondences say. */
   std::vector<Vector6d> degenerate_directions;
+
+  /** Covariance of `dense_pose` [rad, m]: the inverse of `information`, infinite where the
+   *  degenerate directions move a coordinate by a hundredth of their length or more (there, the
+   *  limit of an information that falls to 0). Infinite throughout when nothing was measured. */
+  Matrix6d
+  covariance() const;
 
   /** One line: status, overlap, distance, iterations. */
   std::string
