@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include <bundle_icp/reconstruction.h>
+#include <bundle_icp/scan/check.h>
 
 #include "refinement/verification.h"
 #include "scan/prepared_scan.h"
@@ -56,6 +57,8 @@ public:
   run();
 
 private:
+  void
+  look();
   bool
   prepare();
   bool
@@ -99,7 +102,10 @@ Reconstruction::timed(const char* name, const Stage& stage)
 ReconstructionResult
 Reconstruction::run()
 {
-  result_.findings = scan_.dataset().findings();
+  timed("check", [this] {
+    look();
+    return true;
+  });
   const bool has_poses = prepare() && estimatePoses();
   if (has_poses && result_.graph)
     timed("verification", [this] {
@@ -121,6 +127,17 @@ Reconstruction::run()
   return std::move(result_);
 }
 
+/** What is wrong with the recording, from a share of its frames that takes hardly any time. */
+void
+Reconstruction::look()
+{
+  const RGBDDataset& dataset = scan_.dataset();
+  CheckOptions check;
+  check.num_frames = std::clamp<std::size_t>(dataset.size() / 8, 8, check.num_frames);
+  check.num_threads = options_.num_threads;
+  result_.findings = checkRecording(dataset, check);
+}
+
 /** Runs the shared stages that the method needs. */
 bool
 Reconstruction::prepare()
@@ -130,6 +147,8 @@ Reconstruction::prepare()
       (scan_.needFeatures(progress_, result_.timing_s) &&
        (isTracking(options_.method) || scan_.needGraph(progress_, result_.timing_s)));
   result_.frames = scan_.frames();
+  const std::vector<Finding> fixed = cameraFixedFindings(scan_.cameraFixed());
+  result_.findings.insert(result_.findings.end(), fixed.begin(), fixed.end());
   return completed;
 }
 

@@ -33,6 +33,22 @@ featureDepths(const ReconstructionResult& result)
 } // namespace
 
 std::vector<Finding>
+cameraFixedFindings(const CameraFixed& fixed)
+{
+  if (fixed.mask.empty())
+    return {};
+  const double share = double(cv::countNonZero(fixed.mask)) / double(fixed.mask.total());
+  return {
+      {Severity::WARNING,
+       "moves_with_camera",
+       formatText("%.0f %% of the image moves with the camera (a gripper, a hand, a part of the "
+                  "mount): its depth is left out of poses and surface",
+                  100 * share),
+       {{"share_of_image", share}},
+       ""}};
+}
+
+std::vector<Finding>
 sceneFindings(const ReconstructionResult& result)
 {
   std::vector<double> depths = featureDepths(result), along[3];

@@ -2,9 +2,15 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #pragma once
 
+#include "scan/camera_fixed.h"
+
 #include <bundle_icp/reconstruction.h>
 
 namespace bundle_icp {
+
+/** What moves with the camera and is therefore left out. */
+std::vector<Finding>
+cameraFixedFindings(const CameraFixed& fixed);
 
 /** How far and how large the scene is: what shows a wrong unit at a glance. */
 std::vector<Finding>
