@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
-# All that a change must pass: format and documents, all tests in Release, warnings of GCC and Clang as
-# errors, and the unit tests with the address and undefined-behaviour sanitizers. Ends at the first
-# failure.
+# All that a change must pass: format and documents, clang-tidy on sources that are not committed yet,
+# all tests in Release, warnings of GCC and Clang as errors, and the unit tests with the address and
+# undefined-behaviour sanitizers. Ends at the first failure.
 #
 #   bash scripts/test.sh [--quick]
 #
@@ -26,6 +26,7 @@ bash scripts/style.sh
 cmake -S . -B build/release "${options[@]}" -DCMAKE_BUILD_TYPE=Release \
   -DBUNDLE_ICP_WARNINGS_AS_ERRORS=ON -DCMAKE_EXPORT_COMPILE_COMMANDS=ON
 cmake --build build/release --parallel "$(nproc)"
+bash scripts/tidy.sh
 if [ "$quick" = --quick ]; then
   ctest --test-dir build/release --parallel 2 --output-on-failure \
     --exclude-regex 'RegisteredPoses|install|BenchmarkProgram|ReconstructCalibration'

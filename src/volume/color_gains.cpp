@@ -25,8 +25,8 @@ using Samples = std::vector<Sample>; ///< of one point
  *  samples tell hardly more. */
 constexpr std::size_t MAX_SAMPLES = 30;
 
-/** At most MAX_SAMPLES of a point's samples, evenly distributed. Where they begin differs from point
- *  to point: else a frame might be left out of all the points that the same frames see. */
+/** At most MAX_SAMPLES of a point's samples, evenly distributed. Where they begin differs from one
+ *  point to the next: else a frame might be left out of all points that the same frames see. */
 Samples
 thinned(Samples samples, std::size_t point)
 {

@@ -131,7 +131,7 @@ TEST(AdjustBundle, RefusesImagesWithoutAPose)
   scene.problem.constant = {4};
   EXPECT_CONTAINS(messageOf<pcl::BadArgumentException>(
                       [&] { adjustBundle(scene.graph, scene.problem, {}, scene.model); }),
-                  "image 4 is not registered");
+                  "frame 4 is not registered");
 }
 
 TEST(AdjustBundle, NothingToMoveMovesNothing)

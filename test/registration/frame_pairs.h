@@ -69,4 +69,15 @@ expectPose(const Pose& actual, const Pose& truth, double metres, double angle)
   EXPECT_LT(degrees(rotationAngle(error)), angle);
 }
 
+/** The frames of pair(), the target in its own camera frame. */
+inline AlignmentProblem
+problemOf(const FramePairData& data)
+{
+  AlignmentProblem problem;
+  problem.source = viewPoints(*data.source);
+  problem.target = viewPoints(*data.target);
+  problem.camera = room().camera();
+  return problem;
+}
+
 } // namespace bundle_icp::test

@@ -12,18 +12,6 @@ using namespace bundle_icp::test;
 
 namespace {
 
-/** The frames of pair(), the target in its own camera frame. */
-AlignmentProblem
-problemOf(const FramePairData& data)
-{
-  AlignmentProblem problem;
-  problem.source = viewPoints(*data.source);
-  problem.target = viewPoints(*data.target);
-  problem.camera = room().camera();
-  problem.num_threads = 1;
-  return problem;
-}
-
 /** Turns about the terms' centre and translations by them. */
 Pose
 moved(const AlignmentTerms& terms, const Vector6d& delta, const Pose& pose)

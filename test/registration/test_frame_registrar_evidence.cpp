@@ -190,7 +190,7 @@ TEST(FrameRegistrar, RefusesAPoseOfTooFewMatchesOrOneThatTheyLeaveOpen)
 {
   LandmarkModel scene;
   scene.options.min_visual_inliers = 1000;
-  const FrameRegistration few = scene.registered().report;
+  const FrameRegistration few = scene.registered();
   EXPECT_FALSE(few.registered);
   EXPECT_EQ(few.reason, "only " + std::to_string(few.inliers) + " of " +
                             std::to_string(few.matches) +
@@ -198,7 +198,7 @@ TEST(FrameRegistrar, RefusesAPoseOfTooFewMatchesOrOneThatTheyLeaveOpen)
   scene.options = {};
   const double deviation = scene.registered().position_deviation;
   scene.options.max_position_deviation = 0.9 * deviation;
-  const FrameRegistration open = scene.registered().report;
+  const FrameRegistration open = scene.registered();
   EXPECT_FALSE(open.registered);
   EXPECT_EQ(open.position_deviation, deviation);
   EXPECT_CONTAINS(open.reason, "its matches and its depth leave the pose open: +- ");
@@ -265,7 +265,7 @@ TEST(FrameRegistrar, GeometryAloneFindsANearPoseAndRefusesOthersSayingWhy)
 
   Vector6d about = Vector6d::Zero();
   about[1] = M_PI;
-  const FrameRegistration off = scene.byGeometry(truth * increment(about)).report;
+  const FrameRegistration off = scene.byGeometry(truth * increment(about));
   EXPECT_FALSE(off.registered);
   EXPECT_EQ(off.reason, "geometry alone did not converge");
 }
@@ -275,17 +275,17 @@ TEST(FrameRegistrar, GeometryOfAPlaneLeavesDirectionsOpen)
   const CameraIntrinsics camera = smallCamera();
   const cv::Mat plane = planeDepth(camera, {0, 0, 1}, 1.5);
   DepthModel scene(camera, {plane, plane}, {Pose::Identity(), Pose::Identity()});
-  const FrameRegistration report = scene.byGeometry(Pose::Identity()).report;
-  EXPECT_FALSE(report.registered);
-  EXPECT_EQ(report.reason, "geometry alone leaves 3 directions of motion open");
+  const FrameRegistration registration = scene.byGeometry(Pose::Identity());
+  EXPECT_FALSE(registration.registered);
+  EXPECT_EQ(registration.reason, "geometry alone leaves 3 directions of motion open");
 }
 
 TEST(FrameRegistrar, GeometryMustSeeEnoughOfTheModel)
 {
   DepthModel scene = roomPair();
   scene.options.min_overlap = 1;
-  const FrameRegistration report = scene.byGeometry(room().worldFromCamera(4)).report;
-  EXPECT_FALSE(report.registered);
-  EXPECT_CONTAINS(report.reason, "geometry alone: only ");
-  EXPECT_CONTAINS(report.reason, " % of the depth lies on the model");
+  const FrameRegistration registration = scene.byGeometry(room().worldFromCamera(4));
+  EXPECT_FALSE(registration.registered);
+  EXPECT_CONTAINS(registration.reason, "geometry alone: only ");
+  EXPECT_CONTAINS(registration.reason, " % of the depth lies on the model");
 }

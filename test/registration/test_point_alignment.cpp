@@ -15,16 +15,6 @@ using namespace bundle_icp::test;
 
 namespace {
 
-AlignmentProblem
-problemOf(const FramePairData& data)
-{
-  AlignmentProblem problem;
-  problem.source = viewPoints(*data.source);
-  problem.target = viewPoints(*data.target);
-  problem.camera = room().camera();
-  return problem;
-}
-
 Pose
 nearTruth(unsigned seed = 1, double angle = 0.05, double distance = 0.03)
 {
