@@ -100,6 +100,8 @@ struct FrameReport : FrameRegistration {
   /** Share of its depth that agrees with what other frames saw there, 0 ... 1; the rest lies in
    *  space that others looked through, or others' depth lies in space that it looked through. */
   double depth_agreement = 0;
+  /** Share of its depth that shows something that moves, which the surface leaves out. */
+  double moving_share = 0;
 };
 
 /** Result of reconstruct(). The world frame is the camera frame of the earliest registered frame of

@@ -18,8 +18,6 @@ constexpr int ROUNDS = 3;
 constexpr double LOSS_SCALE = 2;
 /** Distance between compared pixels, as a share of the width of the image. */
 constexpr int PIXELS_ALONG_WIDTH = 40;
-/** Depth within so many sigmas agrees: each image as a whole is off by some of them. */
-constexpr double AGREEING_SIGMAS = 4;
 /** Pixels whose weight is below this share of that of a plain one lie at edges. */
 constexpr float MIN_WEIGHT = 0.3F;
 
@@ -90,40 +88,59 @@ displacementByMatches(const ImageGraph& graph, const SparseModel& model, const F
   return std::sqrt(sum / (3 * double(points.size())));
 }
 
+DepthComparison::DepthComparison(const DepthView& view, const DepthView& other,
+                                 const Pose& other_from_view)
+: view_(view), other_(other), other_from_view_(other_from_view)
+{
+}
+
+bool
+DepthComparison::isPlain(const DepthView& view, int row, int column)
+{
+  const double z = view.depth.at<float>(row, column);
+  const double sigma = view.camera.depth_noise.sigma(z);
+  return z > 0 && view.weight.at<float>(row, column) * sigma * sigma > MIN_WEIGHT;
+}
+
+std::optional<double>
+DepthComparison::sigmasInFront(int row, int column) const
+{
+  const double z = view_.depth.at<float>(row, column);
+  if (!(z > 0))
+    return std::nullopt;
+  const Eigen::Vector3d point = other_from_view_ * view_.camera.unproject(column, row, z);
+  const Eigen::Vector2d pixel = other_.camera.project(point);
+  if (!(point.z() > 0) || !other_.camera.contains(pixel))
+    return std::nullopt;
+  const int v = int(std::lround(pixel.y())), u = int(std::lround(pixel.x()));
+  if (!isPlain(other_, v, u))
+    return std::nullopt;
+  const double seen = other_.depth.at<float>(v, u);
+  const cv::Vec3f& n = other_.normals.at<cv::Vec3f>(v, u);
+  const Eigen::Vector3d normal(n[0], n[1], n[2]);
+  if (!normal.allFinite())
+    return std::nullopt;
+  // Along the normal, so that a slope between the centres of pixels does not count.
+  const double distance = normal.dot(point - other_.camera.unproject(u, v, seen));
+  const DepthNoise& noise = view_.camera.depth_noise;
+  return distance /
+         (std::hypot(noise.sigma(z), noise.sigma(seen)) * std::max(0.3, std::abs(normal.z())));
+}
+
 DepthAgreement
 compareDepth(const DepthView& view, const DepthView& other, const Pose& other_from_view)
 {
-  const DepthNoise& noise = view.camera.depth_noise;
-  const auto is_plain = [](const DepthView& v, int row, int column, double sigma) {
-    return v.weight.at<float>(row, column) * sigma * sigma > MIN_WEIGHT;
-  };
+  const DepthComparison comparison(view, other, other_from_view);
   DepthAgreement agreement;
   const int step = std::max(1, view.camera.width / PIXELS_ALONG_WIDTH);
   for (int row = step / 2; row < view.camera.height; row += step)
-    for (int column = step / 2; column < view.camera.width; column += step) {
-      const double z = view.depth.at<float>(row, column);
-      if (!(z > 0) || !is_plain(view, row, column, noise.sigma(z)))
-        continue;
-      const Eigen::Vector3d point = other_from_view * view.camera.unproject(column, row, z);
-      const Eigen::Vector2d pixel = other.camera.project(point);
-      if (!(point.z() > 0) || !other.camera.contains(pixel))
-        continue;
-      const int v = int(std::lround(pixel.y())), u = int(std::lround(pixel.x()));
-      const double seen = other.depth.at<float>(v, u);
-      if (!(seen > 0) || !is_plain(other, v, u, noise.sigma(seen)))
-        continue;
-      const cv::Vec3f& n = other.normals.at<cv::Vec3f>(v, u);
-      const Eigen::Vector3d normal(n[0], n[1], n[2]);
-      if (!normal.allFinite())
-        continue;
-      // Along the normal, so that a slope between the centres of pixels does not count.
-      const double distance = normal.dot(point - other.camera.unproject(u, v, seen));
-      const double bound = AGREEING_SIGMAS * std::hypot(noise.sigma(z), noise.sigma(seen)) *
-                           std::max(0.3, std::abs(normal.z()));
-      (std::abs(distance) < bound ? agreement.agree
-       : distance > 0             ? agreement.in_front
-                                  : agreement.behind) += 1;
-    }
+    for (int column = step / 2; column < view.camera.width; column += step)
+      if (const auto sigmas = DepthComparison::isPlain(view, row, column)
+                                  ? comparison.sigmasInFront(row, column)
+                                  : std::nullopt)
+        (std::abs(*sigmas) < AGREEING_SIGMAS ? agreement.agree
+         : *sigmas > 0                       ? agreement.in_front
+                                             : agreement.behind) += 1;
   return agreement;
 }
 

@@ -5,6 +5,8 @@
 #include <bundle_icp/model/sparse_model.h>
 #include <bundle_icp/virtual_depth/virtual_depth.h>
 
+#include <optional>
+
 namespace bundle_icp {
 
 /** How far the matches of a pair want its frames moved against each other: RMS over the matched
@@ -34,6 +36,30 @@ struct DepthAgreement {
   {
     return agree + in_front;
   }
+};
+
+/** Depth within so many standard deviations agrees: each image as a whole is off by some of them. */
+constexpr double AGREEING_SIGMAS = 4;
+
+/** Pixels of one depth image beside what another one saw there. Refers to the views. */
+class DepthComparison {
+public:
+  DepthComparison(const DepthView& view, const DepthView& other, const Pose& other_from_view);
+
+  /** Whether a pixel has depth that lies at no edge. */
+  static bool
+  isPlain(const DepthView& view, int row, int column);
+
+  /** How far the pixel's point lies in front of the surface that the other image saw, along its
+   *  normal, in standard deviations of both depths; negative = behind. Nothing without depth, for
+   *  what lies outside of the other image, and at its depth edges. */
+  std::optional<double>
+  sigmasInFront(int row, int column) const;
+
+private:
+  const DepthView& view_;
+  const DepthView& other_;
+  const Pose other_from_view_;
 };
 
 /** Compares pixels of one depth image with those of another one. Pixels at depth edges, and what

@@ -20,6 +20,9 @@ constexpr int CELL = 4;
 constexpr std::size_t MIN_SAMPLES = 8;
 /** A cell stays when its depth is the same in this share of the frames. */
 constexpr double STAYS = 0.85;
+/** Beside cells that stay, those count as well that are measured in fewer frames, but at least in
+ *  this share: the sensor sees little of steep sides. */
+constexpr double SELDOM_MEASURED = 0.25;
 /** Depth is the same within so many standard deviations of the sensor. */
 constexpr double SAME_SIGMAS = 4;
 /** Smallest share of the image that counts. */
@@ -54,9 +57,10 @@ isSame(float a, float b, const DepthNoise& noise)
   return std::abs(a - b) <= SAME_SIGMAS * std::sqrt(2.0) * noise.sigma(std::max(a, b));
 }
 
-/** Median depth of each cell that stays at it, 0 elsewhere. */
+/** Median depth of each cell that stays at it in most of the frames that measure it, 0 elsewhere.
+ *  \param measured share of all frames that must measure it there */
 cv::Mat
-constantDepth(const std::vector<cv::Mat>& samples, const DepthNoise& noise)
+constantDepth(const std::vector<cv::Mat>& samples, const DepthNoise& noise, double measured)
 {
   cv::Mat constant(samples.front().size(), CV_32FC1, cv::Scalar(0));
   std::vector<float> values;
@@ -66,7 +70,8 @@ constantDepth(const std::vector<cv::Mat>& samples, const DepthNoise& noise)
       for (const cv::Mat& sample : samples)
         if (sample.at<float>(y, x) > 0)
           values.push_back(sample.at<float>(y, x));
-      const double needed = STAYS * double(samples.size());
+      const double needed =
+          std::max(STAYS * double(values.size()), measured * double(samples.size()));
       if (double(values.size()) < needed)
         continue;
       const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
@@ -109,6 +114,19 @@ edgeShare(const cv::Mat& labels, int label, const cv::Mat& constant,
   return border ? double(edges) / double(border) : 0;
 }
 
+/** Grows a mask into all of `allowed` that is connected with it. */
+void
+growInto(cv::Mat& mask, const cv::Mat& allowed)
+{
+  for (int before = 0, now = cv::countNonZero(mask); now > before;) {
+    before = now;
+    cv::Mat grown;
+    cv::dilate(mask, grown, cv::Mat());
+    mask |= grown & allowed;
+    now = cv::countNonZero(mask);
+  }
+}
+
 } // namespace
 
 CameraFixed
@@ -119,7 +137,7 @@ findCameraFixed(const RGBDDataset& dataset, int num_threads, std::size_t num_sam
   if (samples.size() < MIN_SAMPLES)
     return found;
   const DepthNoise& noise = dataset.camera().depth_noise;
-  const cv::Mat constant = constantDepth(samples, noise);
+  const cv::Mat constant = constantDepth(samples, noise, STAYS);
   cv::Mat measured(constant.size(), CV_8UC1, cv::Scalar(0));
   for (const cv::Mat& sample : samples)
     measured |= sample > 0;
@@ -140,6 +158,7 @@ findCameraFixed(const RGBDDataset& dataset, int num_threads, std::size_t num_sam
       mask |= labels == label;
   if (cv::countNonZero(mask) == 0)
     return found;
+  growInto(mask, constantDepth(samples, noise, SELDOM_MEASURED) > 0);
   cv::dilate(mask, mask, kernel); // mixed pixels at its edge
   cv::resize(mask, found.mask, {dataset.camera().width, dataset.camera().height}, 0, 0,
              cv::INTER_NEAREST);

@@ -4,6 +4,8 @@
 
 #include "common/parallel.h"
 
+#include <bundle_icp/scan/check.h>
+
 #include <pcl/exceptions.h>
 
 #include <algorithm>
@@ -75,6 +77,19 @@ PreparedScan::Impl::runOnce(const char* name, Stage& stage, Timing& timing, cons
   }
   timing.emplace_back(name, stage.seconds);
   return stage.completed;
+}
+
+const std::vector<Finding>&
+PreparedScan::Impl::needCheck(Timing& timing)
+{
+  runOnce("check", check_stage_, timing, [this] {
+    CheckOptions check;
+    check.num_frames = std::clamp<std::size_t>(dataset_.size() / 8, 8, check.num_frames);
+    check.num_threads = options_.num_threads;
+    check_findings_ = checkRecording(dataset_, check);
+    return true;
+  });
+  return check_findings_;
 }
 
 bool

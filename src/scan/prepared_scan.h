@@ -17,6 +17,10 @@ class PreparedScan::Impl {
 public:
   Impl(const RGBDDataset& dataset, const ReconstructionOptions& options);
 
+  /** What is wrong with the recording, from a share of its frames that takes hardly any time. */
+  const std::vector<Finding>&
+  needCheck(Timing& timing);
+
   /** Equation (2): features with depth, and the depth that Bundle ICP will need. The stage's time
    *  is added to `timing`, also when the stage has run before. \return false when the stage was
    *  stopped. */
@@ -102,7 +106,8 @@ private:
   std::shared_ptr<ImageGraph> graph_;
   DepthViewStore depth_views_;
   CameraFixed camera_fixed_;
-  Stage features_stage_, graph_stage_;
+  std::vector<Finding> check_findings_;
+  Stage check_stage_, features_stage_, graph_stage_;
 };
 
 } // namespace bundle_icp

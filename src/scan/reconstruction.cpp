@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include <bundle_icp/reconstruction.h>
-#include <bundle_icp/scan/check.h>
 
-#include "refinement/verification.h"
+#include "refinement/moving_pixels.h"
 #include "scan/prepared_scan.h"
 #include "scan/read_in_order.h"
 #include "scan/result_findings.h"
@@ -57,8 +56,6 @@ public:
   run();
 
 private:
-  void
-  look();
   bool
   prepare();
   bool
@@ -85,6 +82,7 @@ private:
   const ReconstructionOptions options_;
   const ProgressCallback progress_;
   const bool is_last_;
+  std::vector<cv::Mat> moving_; ///< what moves in each frame, from verify()
   ReconstructionResult result_;
 };
 
@@ -102,10 +100,7 @@ Reconstruction::timed(const char* name, const Stage& stage)
 ReconstructionResult
 Reconstruction::run()
 {
-  timed("check", [this] {
-    look();
-    return true;
-  });
+  result_.findings = scan_.needCheck(result_.timing_s);
   const bool has_poses = prepare() && estimatePoses();
   if (has_poses && result_.graph)
     timed("verification", [this] {
@@ -125,17 +120,6 @@ Reconstruction::run()
   getrusage(RUSAGE_SELF, &usage);
   result_.peak_memory_bytes = std::size_t(usage.ru_maxrss) * 1024;
   return std::move(result_);
-}
-
-/** What is wrong with the recording, from a share of its frames that takes hardly any time. */
-void
-Reconstruction::look()
-{
-  const RGBDDataset& dataset = scan_.dataset();
-  CheckOptions check;
-  check.num_frames = std::clamp<std::size_t>(dataset.size() / 8, 8, check.num_frames);
-  check.num_threads = options_.num_threads;
-  result_.findings = checkRecording(dataset, check);
 }
 
 /** Runs the shared stages that the method needs. */
@@ -285,12 +269,20 @@ Reconstruction::verify()
     frame.doubt = verification.frames[node].doubt;
     frame.depth_agreement = verification.frames[node].depth_agreement;
   }
+  const std::vector<MovingPixels> moving = findMovingPixels(
+      *result_.graph, result_.model, verification.frames, view_of_node, options_.num_threads);
+  moving_.resize(result_.frames.size());
+  for (std::size_t node = 0; node < moving.size(); ++node) {
+    moving_[result_.frame_of_node[node]] = moving[node].mask;
+    result_.frames[result_.frame_of_node[node]].moving_share = moving[node].share;
+  }
   const auto add = [this](const std::vector<Finding>& findings) {
     result_.findings.insert(result_.findings.end(), findings.begin(), findings.end());
   };
   add(verification.findings);
   add(calibrationFindings(result_.self_calibration, result_.model.calibration(),
                           scan_.dataset().camera()));
+  add(movingFindings(result_.frames));
   add(sceneFindings(result_));
 }
 
@@ -302,14 +294,16 @@ Reconstruction::makeSurface()
     scan_.releaseDepth();
   }
   if (options_.object) {
-    if (!timed("object",
-               [this] { return findObject(scan_.dataset(), options_, progress_, result_); }))
+    if (!timed("object", [this] {
+          return findObject(scan_.dataset(), options_, moving_, progress_, result_);
+        }))
       return false;
     if (!result_.object->is_found)
       return true;
   }
-  if (!timed("surface",
-             [this] { return fuseSurface(scan_.dataset(), options_, progress_, result_); }))
+  if (!timed("surface", [this] {
+        return fuseSurface(scan_.dataset(), options_, moving_, progress_, result_);
+      }))
     return false;
   if (result_.mesh.polygons.empty())
     result_.findings.push_back(emptySurface(options_, result_));

@@ -30,6 +30,8 @@ toJson(const FrameReport& frame)
     json["doubt"] = frame.doubt;
   if (frame.verdict == FrameVerdict::GOOD || frame.verdict == FrameVerdict::DOUBTFUL)
     json["depth_agreement"] = frame.depth_agreement;
+  if (frame.moving_share > 0)
+    json["moving_share"] = frame.moving_share;
   json["features"] = frame.features;
   json["matches"] = frame.matches;
   json["inliers"] = frame.inliers;

@@ -49,6 +49,27 @@ cameraFixedFindings(const CameraFixed& fixed)
 }
 
 std::vector<Finding>
+movingFindings(const std::vector<FrameReport>& frames)
+{
+  double moving = 0, registered = 0, most = 0;
+  for (const FrameReport& frame : frames) {
+    registered += frame.registered;
+    moving += frame.moving_share > 0;
+    most = std::max(most, frame.moving_share);
+  }
+  if (moving == 0)
+    return {};
+  return {
+      {Severity::NOTE,
+       "moving_things",
+       formatText("something moves in %.0f of %.0f frames, in up to %.0f %% of their depth: the "
+                  "surface leaves it out",
+                  moving, registered, 100 * most),
+       {{"frames", moving}, {"largest_share", most}},
+       ""}};
+}
+
+std::vector<Finding>
 sceneFindings(const ReconstructionResult& result)
 {
   std::vector<double> depths = featureDepths(result), along[3];

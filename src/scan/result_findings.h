@@ -12,6 +12,10 @@ namespace bundle_icp {
 std::vector<Finding>
 cameraFixedFindings(const CameraFixed& fixed);
 
+/** What moves through the scene, which the surface leaves out. */
+std::vector<Finding>
+movingFindings(const std::vector<FrameReport>& frames);
+
 /** How far and how large the scene is: what shows a wrong unit at a glance. */
 std::vector<Finding>
 sceneFindings(const ReconstructionResult& result);

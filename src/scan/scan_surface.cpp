@@ -5,6 +5,8 @@
 #include "scan/frame_appearance.h"
 #include "scan/read_in_order.h"
 
+#include <opencv2/imgproc.hpp>
+
 #include <algorithm>
 #include <numeric>
 
@@ -27,19 +29,28 @@ framesToFuse(const ReconstructionResult& result)
   return fused;
 }
 
+/** With corrected depth, and without that of what moves. */
 RGBDFrame
-corrected(const RGBDDataset& dataset, const ReconstructionResult& result, std::size_t index,
-          const RGBDFrame& rgbd)
+corrected(const RGBDDataset& dataset, const ReconstructionResult& result,
+          const std::vector<cv::Mat>& moving, std::size_t index, const RGBDFrame& rgbd)
 {
-  return correctedFrame(rgbd, dataset.camera(), result.model.calibration(),
-                        result.frames[index].depth_error);
+  RGBDFrame frame = correctedFrame(rgbd, dataset.camera(), result.model.calibration(),
+                                   result.frames[index].depth_error);
+  if (index < moving.size() && !moving[index].empty()) {
+    cv::Mat mask;
+    cv::resize(moving[index], mask, frame.depth.size(), 0, 0, cv::INTER_NEAREST);
+    frame.depth = frame.depth.clone(); // the dataset may hold it
+    frame.depth.setTo(0, mask);
+  }
+  return frame;
 }
 
 } // namespace
 
 bool
 findObject(const RGBDDataset& dataset, const ReconstructionOptions& options,
-           const ProgressCallback& progress, ReconstructionResult& result)
+           const std::vector<cv::Mat>& moving, const ProgressCallback& progress,
+           ReconstructionResult& result)
 {
   constexpr std::size_t most_frames = 100;
   const std::vector<std::size_t> all = framesToFuse(result);
@@ -61,7 +72,7 @@ findObject(const RGBDDataset& dataset, const ReconstructionOptions& options,
         return !progress || progress({"object", ++done, some.size()});
       },
       [&](std::size_t index, const RGBDFrame& rgbd) {
-        return corrected(dataset, result, index, rgbd);
+        return corrected(dataset, result, moving, index, rgbd);
       });
   if (!completed)
     return false;
@@ -74,7 +85,8 @@ findObject(const RGBDDataset& dataset, const ReconstructionOptions& options,
 
 bool
 fuseSurface(const RGBDDataset& dataset, const ReconstructionOptions& options,
-            const ProgressCallback& progress, ReconstructionResult& result)
+            const std::vector<cv::Mat>& moving, const ProgressCallback& progress,
+            ReconstructionResult& result)
 {
   const std::vector<std::size_t> fused = framesToFuse(result);
   const CameraIntrinsics camera = result.model.calibration().corrected(dataset.camera());
@@ -98,7 +110,7 @@ fuseSurface(const RGBDDataset& dataset, const ReconstructionOptions& options,
     return !progress || progress({"surface", ++done, fused.size()});
   };
   const auto correct = [&](std::size_t index, const RGBDFrame& rgbd) {
-    return corrected(dataset, result, index, rgbd);
+    return corrected(dataset, result, moving, index, rgbd);
   };
   if (!readInOrder(dataset, fused, options.num_threads, fuse, correct))
     return false;

@@ -209,7 +209,9 @@ TEST_F(ReconstructFailure, FullDisk)
     expectEarlierResults();
   }
   EXPECT_EQ(reconstruct({"--max-frames", "4", "--no-mesh"}).exit_code, 0);
-  EXPECT_EQ(namesIn(out), earlier);
+  // What this run does not make would pass for a part of it.
+  EXPECT_EQ(namesIn(out), (std::set<std::string>{"calibration.json", "report.json", "sparse.ply",
+                                                 "trajectory.png", "trajectory.txt"}));
   EXPECT_NE(readText(out + "/sparse.ply"), "of an earlier run");
 }
 

@@ -148,11 +148,12 @@ TEST(Reconstruct, EveryMethodOnTheSamePreparedScan)
       EXPECT_GT(seconds, 0) << name << ": " << stage;
     }
   }
-  const std::vector<std::string> all{"features", "matching", "registration", "verification"};
+  const std::vector<std::string> all{"check", "features", "matching", "registration",
+                                     "verification"};
   EXPECT_EQ(stages["bundle_icp"], all);
   EXPECT_EQ(stages["rgbd_sfm"], all);
-  EXPECT_EQ(stages["visual_icp"], (std::vector<std::string>{"features", "tracking"}));
-  EXPECT_EQ(stages["f2m_icp"], std::vector<std::string>{"tracking"});
+  EXPECT_EQ(stages["visual_icp"], (std::vector<std::string>{"check", "features", "tracking"}));
+  EXPECT_EQ(stages["f2m_icp"], (std::vector<std::string>{"check", "tracking"}));
   EXPECT_FALSE(parseReconstructionMethod("slam"));
 }
 

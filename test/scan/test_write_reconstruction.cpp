@@ -27,7 +27,8 @@ TEST(WriteReconstruction, WritesAllFilesAndTheReport)
 
   const auto report = nlohmann::json::parse(readText(folder.path("new/out/report.json")));
   EXPECT_EQ(report["verdict"], "good");
-  EXPECT_EQ(report["findings"][0]["kind"], "scene");
+  EXPECT_EQ(report["findings"][0]["kind"], "units");
+  EXPECT_EQ(report["findings"].back()["kind"], "scene");
   EXPECT_EQ(report["frames"][0]["verdict"], "good");
   EXPECT_EQ(report["frames"][2]["verdict"], "left out");
   for (const char* key : {"version", "frames", "components", "timing_s", "peak_memory_bytes",
