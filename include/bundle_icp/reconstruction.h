@@ -134,7 +134,8 @@ struct ReconstructionResult {
   BUNDLE_ICP_EXPORT Trajectory
   trajectory(int component = 0) const;
 
-  /** One line: the number of frames with a pose in one world, and those in other worlds. */
+  /** One line: the number of frames with a pose in one world, those in other worlds, and those
+   *  whose pose is doubtful. */
   BUNDLE_ICP_EXPORT std::string
   summary() const;
 };

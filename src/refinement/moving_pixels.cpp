@@ -8,6 +8,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include <algorithm>
+#include <limits>
 #include <set>
 
 namespace bundle_icp {
@@ -20,6 +21,8 @@ constexpr std::size_t MAX_OTHERS = 24;
 constexpr double CLEARLY_IN_FRONT = 2 * AGREEING_SIGMAS;
 /** So many frames must have looked through: a single one may be wrong itself. */
 constexpr int MIN_VOTES = 2;
+/** Pixels of a view, in each direction, that an edge may be displaced to. */
+constexpr int AROUND = 7;
 /** Pixels that are looked at, in each direction of the view. */
 constexpr int STEP = 2;
 /** Smallest share of the image that is no chance, and largest that is no wrong pose. */
@@ -81,6 +84,16 @@ MovingPixelFinder::others(std::size_t frame) const
   return {result.begin(), result.end()};
 }
 
+/** Smallest depth around each pixel: an image that moves while it is taken has edges elsewhere. */
+cv::Mat
+nearestAround(const DepthView& view)
+{
+  cv::Mat nearest = view.depth.clone();
+  nearest.setTo(std::numeric_limits<float>::max(), ~(view.depth > 0));
+  cv::erode(nearest, nearest, cv::getStructuringElement(cv::MORPH_RECT, {AROUND, AROUND}));
+  return nearest;
+}
+
 /** 255 where most of the frames that looked at a point saw free space. */
 cv::Mat
 MovingPixelFinder::vote(std::size_t frame, const DepthView& view) const
@@ -91,13 +104,19 @@ MovingPixelFinder::vote(std::size_t frame, const DepthView& view) const
     const auto other_view = depth_views_(other);
     const DepthComparison comparison(
         view, *other_view, model_.worldFromDepth(other).inverse() * model_.worldFromDepth(frame));
+    const cv::Mat nearest = nearestAround(*other_view);
     for (int y = 0; y < size.height; ++y)
-      for (int x = 0; x < size.width; ++x)
-        if (const auto sigmas = comparison.sigmasInFront(y * STEP, x * STEP)) {
-          cv::Vec2s& vote = votes.at<cv::Vec2s>(y, x);
-          vote[0] = short(vote[0] + (*sigmas > CLEARLY_IN_FRONT));
-          vote[1] = short(vote[1] + (std::abs(*sigmas) < AGREEING_SIGMAS));
-        }
+      for (int x = 0; x < size.width; ++x) {
+        const auto place = comparison.place(y * STEP, x * STEP);
+        const auto sigmas = place ? comparison.sigmasInFront(*place) : std::nullopt;
+        if (!sigmas)
+          continue;
+        const double free_up_to =
+            nearest.at<float>(place->row, place->column) - CLEARLY_IN_FRONT * place->sigma;
+        cv::Vec2s& vote = votes.at<cv::Vec2s>(y, x);
+        vote[0] = short(vote[0] + (place->point.z() < free_up_to));
+        vote[1] = short(vote[1] + (std::abs(*sigmas) < AGREEING_SIGMAS));
+      }
   }
   cv::Mat moves(size, CV_8UC1, cv::Scalar(0));
   for (int y = 0; y < size.height; ++y)

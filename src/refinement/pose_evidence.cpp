@@ -102,8 +102,8 @@ DepthComparison::isPlain(const DepthView& view, int row, int column)
   return z > 0 && view.weight.at<float>(row, column) * sigma * sigma > MIN_WEIGHT;
 }
 
-std::optional<double>
-DepthComparison::sigmasInFront(int row, int column) const
+std::optional<DepthComparison::Place>
+DepthComparison::place(int row, int column) const
 {
   const double z = view_.depth.at<float>(row, column);
   if (!(z > 0))
@@ -112,7 +112,14 @@ DepthComparison::sigmasInFront(int row, int column) const
   const Eigen::Vector2d pixel = other_.camera.project(point);
   if (!(point.z() > 0) || !other_.camera.contains(pixel))
     return std::nullopt;
-  const int v = int(std::lround(pixel.y())), u = int(std::lround(pixel.x()));
+  return Place{point, int(std::lround(pixel.y())), int(std::lround(pixel.x())),
+               view_.camera.depth_noise.sigma(z)};
+}
+
+std::optional<double>
+DepthComparison::sigmasInFront(const Place& place) const
+{
+  const int v = place.row, u = place.column;
   if (!isPlain(other_, v, u))
     return std::nullopt;
   const double seen = other_.depth.at<float>(v, u);
@@ -121,10 +128,9 @@ DepthComparison::sigmasInFront(int row, int column) const
   if (!normal.allFinite())
     return std::nullopt;
   // Along the normal, so that a slope between the centres of pixels does not count.
-  const double distance = normal.dot(point - other_.camera.unproject(u, v, seen));
-  const DepthNoise& noise = view_.camera.depth_noise;
-  return distance /
-         (std::hypot(noise.sigma(z), noise.sigma(seen)) * std::max(0.3, std::abs(normal.z())));
+  const double distance = normal.dot(place.point - other_.camera.unproject(u, v, seen));
+  return distance / (std::hypot(place.sigma, other_.camera.depth_noise.sigma(seen)) *
+                     std::max(0.3, std::abs(normal.z())));
 }
 
 DepthAgreement
@@ -135,12 +141,12 @@ compareDepth(const DepthView& view, const DepthView& other, const Pose& other_fr
   const int step = std::max(1, view.camera.width / PIXELS_ALONG_WIDTH);
   for (int row = step / 2; row < view.camera.height; row += step)
     for (int column = step / 2; column < view.camera.width; column += step)
-      if (const auto sigmas = DepthComparison::isPlain(view, row, column)
-                                  ? comparison.sigmasInFront(row, column)
-                                  : std::nullopt)
-        (std::abs(*sigmas) < AGREEING_SIGMAS ? agreement.agree
-         : *sigmas > 0                       ? agreement.in_front
-                                             : agreement.behind) += 1;
+      if (const auto place = comparison.place(row, column);
+          place && DepthComparison::isPlain(view, row, column))
+        if (const auto sigmas = comparison.sigmasInFront(*place))
+          (std::abs(*sigmas) < AGREEING_SIGMAS ? agreement.agree
+           : *sigmas > 0                       ? agreement.in_front
+                                               : agreement.behind) += 1;
   return agreement;
 }
 

@@ -50,11 +50,22 @@ public:
   static bool
   isPlain(const DepthView& view, int row, int column);
 
-  /** How far the pixel's point lies in front of the surface that the other image saw, along its
-   *  normal, in standard deviations of both depths; negative = behind. Nothing without depth, for
-   *  what lies outside of the other image, and at its depth edges. */
+  /** Where a pixel lies in the other image. */
+  struct Place {
+    Eigen::Vector3d point; ///< in the frame of the other camera [m]
+    int row = 0, column = 0;
+    double sigma = 0; ///< standard deviation of the pixel's depth [m]
+  };
+
+  /** Nothing for a pixel without depth, and outside of the other image. */
+  std::optional<Place>
+  place(int row, int column) const;
+
+  /** How far a point lies in front of the surface that the other image saw, along its normal, in
+   *  standard deviations of both depths; negative = behind. Nothing where the other image has no
+   *  depth or an edge of depth. */
   std::optional<double>
-  sigmasInFront(int row, int column) const;
+  sigmasInFront(const Place& place) const;
 
 private:
   const DepthView& view_;

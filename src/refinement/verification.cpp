@@ -318,13 +318,12 @@ Verifier::countPairs() const
 Verification
 verifyPoses(const ImageGraph& graph, const SparseModel& model,
             const std::function<std::shared_ptr<const DepthView>(std::size_t)>& depth_views,
-            bool ordered_in_time, int num_threads)
+            bool has_times, int num_threads)
 {
   Verification result;
   Verifier verifier(graph, model, depth_views, num_threads);
   result.frames = verifier.run();
-  result.findings =
-      poseFindings(graph, model, result.frames, verifier.countPairs(), ordered_in_time);
+  result.findings = poseFindings(graph, model, result.frames, verifier.countPairs(), has_times);
   return result;
 }
 

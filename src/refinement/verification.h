@@ -34,11 +34,12 @@ struct Verification {
  *  relative pose, of each frame the depth that its neighbours saw. Frames that the others contradict
  *  are taken out one by one, the worst first, so that a wrong frame does not speak against right
  *  ones. Thresholds follow from the depth noise and from the spread over the scan.
- *  \param depth_views gives the prepared view of a frame; several threads call it at once */
+ *  \param depth_views gives the prepared view of a frame; several threads call it at once
+ *  \param has_times whether the stamps are times, against which motion can be judged */
 Verification
 verifyPoses(const ImageGraph& graph, const SparseModel& model,
             const std::function<std::shared_ptr<const DepthView>(std::size_t)>& depth_views,
-            bool ordered_in_time, int num_threads);
+            bool has_times, int num_threads);
 
 /** What self-calibration says of the camera that it was given. */
 std::vector<Finding>

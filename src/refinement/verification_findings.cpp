@@ -113,8 +113,7 @@ addPairs(const PairCounts& pairs, std::vector<Finding>& findings)
 
 std::vector<Finding>
 poseFindings(const ImageGraph& graph, const SparseModel& model,
-             const std::vector<VerifiedFrame>& frames, const PairCounts& pairs,
-             bool ordered_in_time)
+             const std::vector<VerifiedFrame>& frames, const PairCounts& pairs, bool has_times)
 {
   std::vector<Finding> findings;
   const Summary summary = summarise(frames);
@@ -143,7 +142,7 @@ poseFindings(const ImageGraph& graph, const SparseModel& model,
                         "check intrinsics, the unit of depth and whether colour and depth belong "
                         "together"});
   std::size_t compared = 0;
-  const std::size_t jumps = ordered_in_time ? countJumps(graph, model, compared) : 0;
+  const std::size_t jumps = has_times ? countJumps(graph, model, compared) : 0;
   if (jumps > 0)
     findings.push_back(
         {Severity::WARNING,

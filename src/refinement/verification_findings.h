@@ -16,7 +16,6 @@ struct PairCounts {
 /** What the verdicts of the frames, and their motion, say of the scan. */
 std::vector<Finding>
 poseFindings(const ImageGraph& graph, const SparseModel& model,
-             const std::vector<VerifiedFrame>& frames, const PairCounts& pairs,
-             bool ordered_in_time);
+             const std::vector<VerifiedFrame>& frames, const PairCounts& pairs, bool has_times);
 
 } // namespace bundle_icp

@@ -68,6 +68,12 @@ public:
     return dataset_.isOrdered();
   }
 
+  bool
+  hasTimes() const override
+  {
+    return dataset_.hasTimes();
+  }
+
   std::string
   format() const override
   {

@@ -261,8 +261,9 @@ Reconstruction::verify()
     return scan_.depthViews().get(result_.frame_of_node[node], result_.model.calibration(),
                                   result_.model.depthError(node));
   };
-  const Verification verification = verifyPoses(*result_.graph, result_.model, view_of_node,
-                                                scan_.dataset().isOrdered(), options_.num_threads);
+  const bool has_times = scan_.dataset().isOrdered() && scan_.dataset().hasTimes();
+  const Verification verification =
+      verifyPoses(*result_.graph, result_.model, view_of_node, has_times, options_.num_threads);
   for (std::size_t node = 0; node < verification.frames.size(); ++node) {
     FrameReport& frame = result_.frames[result_.frame_of_node[node]];
     frame.verdict = verification.frames[node].verdict;

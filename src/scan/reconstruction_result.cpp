@@ -2,6 +2,8 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include <bundle_icp/reconstruction.h>
 
+#include <algorithm>
+
 namespace bundle_icp {
 
 const char*
@@ -34,6 +36,11 @@ ReconstructionResult::summary() const
                      " frames have a pose in one world";
   for (std::size_t c = 1; c < component_sizes.size(); ++c)
     text += (c == 1 ? "; not connected to it: " : ", ") + std::to_string(component_sizes[c]);
+  const auto doubtful = std::count_if(frames.begin(), frames.end(), [](const FrameReport& frame) {
+    return frame.verdict == FrameVerdict::DOUBTFUL;
+  });
+  if (doubtful > 0)
+    text += "; doubtful: " + std::to_string(doubtful);
   return text;
 }
 

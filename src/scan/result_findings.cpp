@@ -62,8 +62,8 @@ movingFindings(const std::vector<FrameReport>& frames)
   return {
       {Severity::NOTE,
        "moving_things",
-       formatText("something moves in %.0f of %.0f frames, in up to %.0f %% of their depth: the "
-                  "surface leaves it out",
+       formatText("in %.0f of %.0f frames, up to %.0f %% of the depth lies where other frames saw "
+                  "free space: something moves there, and the surface leaves it out",
                   moving, registered, 100 * most),
        {{"frames", moving}, {"largest_share", most}},
        ""}};

@@ -14,7 +14,8 @@ namespace bundle_icp {
 namespace {
 
 /** All frames of the largest component, in the order of their content, which a shuffled recording
- *  shares; those that were tracked in that of their tracking. */
+ *  shares; those that were tracked in that of their tracking. Those of doubtful poses would blur the
+ *  surface. They are left out where the others show the scene without them. */
 std::vector<std::size_t>
 framesToFuse(const ReconstructionResult& result)
 {
@@ -26,6 +27,11 @@ framesToFuse(const ReconstructionResult& result)
   fused.erase(std::remove_if(fused.begin(), fused.end(),
                              [&result](std::size_t i) { return result.frames[i].component != 0; }),
               fused.end());
+  const auto is_doubtful = [&result](std::size_t i) {
+    return result.frames[i].verdict == FrameVerdict::DOUBTFUL;
+  };
+  if (2 * std::count_if(fused.begin(), fused.end(), is_doubtful) < std::ptrdiff_t(fused.size()))
+    fused.erase(std::remove_if(fused.begin(), fused.end(), is_doubtful), fused.end());
   return fused;
 }
 

@@ -52,6 +52,12 @@ public:
     return sharp_->isOrdered();
   }
 
+  bool
+  hasTimes() const override
+  {
+    return sharp_->hasTimes();
+  }
+
   RGBDFrame
   read(std::size_t index) const override;
 

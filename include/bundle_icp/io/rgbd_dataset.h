@@ -92,6 +92,13 @@ public:
     return true;
   }
 
+  /** False when the stamps are not times of the recording but follow from numbers of frames. */
+  virtual bool
+  hasTimes() const
+  {
+    return true;
+  }
+
   /** Name of the format, for example "TUM RGB-D". */
   virtual std::string
   format() const

@@ -26,6 +26,7 @@ struct Recording {
   double depth_scale = 1000;                  ///< units per metre
   std::string depth_scale_source;             ///< where that comes from, for messages
   bool is_ordered = true;                     ///< the stamps tell the order of the frames
+  bool has_times = true;                      ///< the stamps are times of the recording
   bool is_seven_scenes = false; ///< made by the 7-Scenes camera unless intrinsics say otherwise
   Trajectory ground_truth;
   std::vector<SkippedFile> skipped;

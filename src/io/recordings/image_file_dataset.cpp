@@ -122,6 +122,12 @@ public:
     return recording_.is_ordered;
   }
 
+  bool
+  hasTimes() const override
+  {
+    return recording_.has_times;
+  }
+
   std::vector<Finding>
   findings() const override
   {

@@ -120,6 +120,7 @@ collectFrames(const std::string& folder, const DatasetOptions& options, Recordin
   if (!are_times) {
     numberImages(color);
     numberImages(depth);
+    recording.has_times = false;
     recording.findings.push_back({Severity::NOTE,
                                   "time_stamps",
                                   "there are no time stamps: frame n counts as taken at n / 30 s",

@@ -60,6 +60,7 @@ collectFrames(const std::string& folder, Recording& recording)
            std::to_string(recording.frames.size()) + " frames",
        {{"frames", double(recording.frames.size())}},
        ""});
+  recording.has_times = false;
   recording.findings.push_back({Severity::NOTE,
                                 "time_stamps",
                                 "there are no time stamps: frame n counts as taken at n / 30 s",
