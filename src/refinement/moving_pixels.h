@@ -14,9 +14,9 @@ struct MovingPixels {
   double share = 0; ///< of the pixels with depth
 };
 
-/** Finds in each frame the depth that lies in space which most of the frames that looked there saw to
- *  be free: a person who walks through. Only frames of good poses are compared, and one of which most
- *  would move keeps all of its depth.
+/** Finds in each frame the depth that lies in space which most of the frames that looked there saw
+ *  to be free: a person who walks through. Only frames of good poses are compared, and one of which
+ *  most would move keeps all of its depth.
  *  \param frames their verdicts, from verifyPoses()
  *  \return by frame of the graph */
 std::vector<MovingPixels>

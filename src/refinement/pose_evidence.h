@@ -38,7 +38,7 @@ struct DepthAgreement {
   }
 };
 
-/** Depth within so many standard deviations agrees: each image as a whole is off by some of them. */
+/** Depth within so many standard deviations agrees: each image as a whole is off by some. */
 constexpr double AGREEING_SIGMAS = 4;
 
 /** Pixels of one depth image beside what another one saw there. Refers to the views. */

@@ -31,7 +31,7 @@ struct Verification {
 };
 
 /** Says of final poses whether the evidence agrees with them: of each pair with many matches the
- *  relative pose, of each frame the depth that its neighbours saw. Frames that the others contradict
+ *  relative pose, of each frame the depth that its neighbours saw. Frames that others contradict
  *  are taken out one by one, the worst first, so that a wrong frame does not speak against right
  *  ones. Thresholds follow from the depth noise and from the spread over the scan.
  *  \param depth_views gives the prepared view of a frame; several threads call it at once

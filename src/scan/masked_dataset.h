@@ -8,8 +8,8 @@
 
 namespace bundle_icp {
 
-/** A dataset that is seen through a mask: pixels under it have no depth. Refers to the dataset, which
- *  must outlive it. */
+/** A dataset that is seen through a mask: pixels under it have no depth. Refers to the dataset,
+ *  which must outlive it. */
 class MaskedDataset : public RGBDDataset {
 public:
   explicit MaskedDataset(const RGBDDataset& dataset) : dataset_(dataset) {}

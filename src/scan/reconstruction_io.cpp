@@ -113,8 +113,8 @@ public:
     return path_.string() + "/";
   }
 
-  /** Gives every file its place. A file of an earlier result that this one does not have is removed:
-   *  it would pass for a part of this one. */
+  /** Gives every file its place. A file of an earlier result that this one does not have is
+   *  removed: it would pass for a part of this one. */
   void
   publish() const
   {

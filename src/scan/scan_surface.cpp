@@ -14,8 +14,8 @@ namespace bundle_icp {
 namespace {
 
 /** All frames of the largest component, in the order of their content, which a shuffled recording
- *  shares; those that were tracked in that of their tracking. Those of doubtful poses would blur the
- *  surface. They are left out where the others show the scene without them. */
+ *  shares; those that were tracked in that of their tracking. Those of doubtful poses would blur
+ *  the surface. They are left out where the others show the scene without them. */
 std::vector<std::size_t>
 framesToFuse(const ReconstructionResult& result)
 {

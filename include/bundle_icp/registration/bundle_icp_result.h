@@ -17,9 +17,9 @@ enum class BundleICPStatus {
   MAX_ITERATIONS,          ///< the limit stopped the loop; the pose is that of the last iteration
   TOO_FEW_CORRESPONDENCES, ///< source and target do not meet; the pose is the initial pose
   NO_OVERLAP,              ///< the clouds do not meet at the last pose, or contradict each other
-  /** The clouds meet at the last pose, but it cannot be trusted: in less than a quarter of the source,
-   *  or at another pose nearly as well, or they leave directions of motion open. Not with visual
-   *  correspondences, nor with a guess that is said to be right within 3 cm
+  /** The clouds meet at the last pose, but it cannot be trusted: in less than a quarter of the
+   *  source, or at another pose nearly as well, or they leave directions of motion open. Not with
+   *  visual correspondences, nor with a guess that is said to be right within 3 cm
    *  (BundleICP::setMaxMisalignment()), which decide then. */
   LOW_OVERLAP,
   REFINEMENT_REJECTED, ///< ICP contradicts the visual evidence, which gives the pose
