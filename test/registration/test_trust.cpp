@@ -99,6 +99,9 @@ TEST(BundleICPTrust, OneTargetPointIsNoPlaceToMeet)
 
 TEST(BundleICPTrust, RawFramesUpToASecondApartAreRightOrNotConverged)
 {
+#ifdef __SANITIZE_ADDRESS__
+  GTEST_SKIP() << "takes minutes under sanitizers; other tests run the same code";
+#endif
   const std::string folder = std::string(BUNDLE_ICP_TEST_DATA) + "/freiburg1_xyz_10hz";
   if (!std::ifstream(folder + "/depth.txt"))
     GTEST_SKIP() << "no " << folder;
