@@ -165,10 +165,16 @@ findMovingPixels(const ImageGraph& graph, const SparseModel& model,
 {
   std::vector<MovingPixels> result(frames.size());
   const MovingPixelFinder finder(graph, model, frames, depth_views);
-  parallelFor(frames.size(), num_threads, {}, [&](std::size_t frame) {
+  // In the order of time neighbours share the views that they are compared with.
+  std::vector<std::size_t> good;
+  for (std::size_t frame = 0; frame < frames.size(); ++frame)
     if (frames[frame].verdict == FrameVerdict::GOOD)
-      result[frame] = finder.find(frame);
+      good.push_back(frame);
+  std::stable_sort(good.begin(), good.end(), [&graph](std::size_t a, std::size_t b) {
+    return graph.timestamp(a) < graph.timestamp(b);
   });
+  parallelFor(good.size(), num_threads, {},
+              [&](std::size_t k) { result[good[k]] = finder.find(good[k]); });
   return result;
 }
 

@@ -3,14 +3,14 @@
 #include <bundle_icp/scan/check.h>
 
 #include "common/parallel.h"
+#include "refinement/format_text.h"
+#include "refinement/spread.h"
 #include "scan/check_together.h"
 
 #include <pcl/exceptions.h>
 
+#include <algorithm>
 #include <cmath>
-#include <iomanip>
-#include <locale>
-#include <sstream>
 
 namespace bundle_icp {
 namespace {
@@ -18,20 +18,7 @@ namespace {
 std::string
 text(double value, int digits = 3)
 {
-  std::ostringstream stream;
-  stream.imbue(std::locale::classic());
-  stream << std::setprecision(digits) << value;
-  return stream.str();
-}
-
-double
-median(std::vector<double> values)
-{
-  if (values.empty())
-    return 0;
-  const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+  return formatText("%.*g", digits, value);
 }
 
 /** Indices of the frames in the order of their stamps. */
@@ -158,7 +145,7 @@ checkUnits(const Sample& sample, std::vector<Finding>& findings)
                         "check the depth images"});
     return;
   }
-  const double depth = median(depths);
+  const double depth = medianOf(depths);
   const bool is_room = depth >= 0.2 && depth <= 5;
   findings.push_back(
       {is_room ? Severity::NOTE : Severity::FAULT,
@@ -176,7 +163,7 @@ checkFrames(const Sample& sample, std::vector<Finding>& findings)
   for (const FrameLook& look : sample.looks)
     if (look.is_read && look.brightness >= 8)
       sharpness.push_back(look.sharpness);
-  const double usual = median(sharpness), number = double(sample.looks.size());
+  const double usual = medianOf(sharpness), number = double(sample.looks.size());
   const auto say = [&](const char* what, const std::string& name, const auto& has) {
     const double count = double(std::count_if(sample.looks.begin(), sample.looks.end(), has));
     const double share = count / number;
@@ -234,7 +221,7 @@ checkGaps(const RGBDDataset& dataset, std::vector<Finding>& findings)
   std::vector<double> steps;
   for (std::size_t i = 1; i < order.size(); ++i)
     steps.push_back(dataset.timestamp(order[i]) - dataset.timestamp(order[i - 1]));
-  const double usual = median(steps), longest = *std::max_element(steps.begin(), steps.end());
+  const double usual = medianOf(steps), longest = *std::max_element(steps.begin(), steps.end());
   const auto gaps = std::count_if(steps.begin(), steps.end(),
                                   [&](double step) { return step > 10 * usual && step > 1; });
   if (usual > 0 && gaps > 0)
