@@ -61,6 +61,9 @@ shareFarFromSurface(const SyntheticScan& scan, const ReconstructionResult& resul
 
 TEST(ReconstructMovingThings, APersonIsInNeitherPosesNorSurface)
 {
+#ifdef __SANITIZE_ADDRESS__
+  GTEST_SKIP() << "takes minutes under sanitizers; other tests run the same code";
+#endif
   SyntheticScanOptions options = passingPerson();
   const SyntheticScan with(options);
   options.person = false;
