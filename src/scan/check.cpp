@@ -131,7 +131,7 @@ likelyUnit(double depth)
 }
 
 /** Nearest depth that any sensor of the kind measures, from the makers' data sheets [m]: Kinect,
- *  Xtion and Astra 0.4 to 0.35; D405 0.07, others of its series more; Azure Kinect and L515 0.25. */
+ *  Xtion and Astra 0.4 to 0.35; D405 0.07, others of its series more; Azure Kinect, L515 0.25. */
 double
 nearestDepthOf(const std::string& sensor)
 {

@@ -73,7 +73,7 @@ movingFindings(const std::vector<FrameReport>& frames)
 std::vector<Finding>
 timeOffsetFindings(const ReconstructionResult& result, bool has_times)
 {
-  // Cameras that run free at 30 Hz are paired within half of 33 ms; exposure and transport add less.
+  // Cameras that run free at 30 Hz are paired within 17 ms; exposure and transport add less.
   constexpr double longest_time = 0.04, most_frames = 0.75;
   const double offset = result.model.calibration()[CalibrationParameter::TIME_OFFSET];
   const Trajectory trajectory = result.trajectory(0);
