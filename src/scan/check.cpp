@@ -250,38 +250,51 @@ changeBetween(const FrameLook& look, const FrameLook& before)
           double(cv::countNonZero(moved & both)) / std::max(1, cv::countNonZero(both))};
 }
 
-/** Neighbours whose colour stays while depth moves on as elsewhere: images that were repeated, and
- *  then encoded or filtered anew. */
-void
-checkFrozenColor(const Sample& sample, std::vector<Finding>& findings)
+/** Pairs of neighbours whose first measure is far below what is usual, while the second one is as
+ *  usual; 0 where these are too few to be more than chance. */
+std::size_t
+countFrozen(const std::vector<double>& staying, const std::vector<double>& moving)
 {
   constexpr double stays = 0.2, moves = 0.6;
-  std::vector<Change> changes;
-  std::vector<double> grey;
+  std::vector<double> sorted = staying;
+  std::sort(sorted.begin(), sorted.end());
+  const double usual = sorted.empty() ? 0 : sorted[sorted.size() * 9 / 10];
+  std::vector<double> of_frozen, of_others;
+  for (std::size_t i = 0; i < staying.size(); ++i)
+    (staying[i] < stays * usual ? of_frozen : of_others).push_back(moving[i]);
+  const bool is_chance = of_frozen.size() < 3 || 5 * of_frozen.size() < staying.size();
+  return is_chance || medianOf(of_frozen) < moves * medianOf(of_others) ? 0 : of_frozen.size();
+}
+
+/** Neighbours one of whose images stays while the other one moves on as elsewhere: images that were
+ *  repeated, and then encoded or filtered anew. */
+void
+checkFrozen(const Sample& sample, std::vector<Finding>& findings)
+{
+  std::vector<double> grey, depth;
   for (std::size_t i = 1; i < sample.looks.size(); ++i) {
     const FrameLook &look = sample.looks[i], &before = sample.looks[i - 1];
     if (sample.places[i] != sample.places[i - 1] + 1 || !look.is_read || !before.is_read ||
-        look.color_hash == before.color_hash)
+        look.color_hash == before.color_hash || look.depth_hash == before.depth_hash)
       continue;
-    changes.push_back(changeBetween(look, before));
-    grey.push_back(changes.back().grey);
+    const Change change = changeBetween(look, before);
+    grey.push_back(change.grey);
+    depth.push_back(change.depth);
   }
-  std::sort(grey.begin(), grey.end());
-  const double usual = grey.empty() ? 0 : grey[grey.size() * 9 / 10];
-  std::vector<double> of_frozen, of_others;
-  for (const Change& change : changes)
-    (change.grey < stays * usual ? of_frozen : of_others).push_back(change.depth);
-  if (of_frozen.size() < 3 || 5 * of_frozen.size() < changes.size() ||
-      medianOf(of_frozen) < moves * medianOf(of_others))
-    return;
-  findings.push_back({Severity::FAULT,
-                      "repeated_images",
-                      "in " + std::to_string(of_frozen.size()) + " of " +
-                          std::to_string(changes.size()) +
-                          " neighbouring frames the colour image stays as it was while the depth "
-                          "image moves on",
-                      {{"share", double(of_frozen.size()) / double(changes.size())}},
-                      "leave out the repeated images"});
+  const auto check = [&](const std::vector<double>& staying, const std::string& name,
+                         const std::vector<double>& moving, const std::string& other) {
+    const std::size_t count = countFrozen(staying, moving);
+    if (count > 0)
+      findings.push_back({Severity::FAULT,
+                          "repeated_images",
+                          "in " + std::to_string(count) + " of " + std::to_string(staying.size()) +
+                              " neighbouring frames the " + name +
+                              " image stays as it was while the " + other + " image moves on",
+                          {{"share", double(count) / double(staying.size())}},
+                          "leave out the repeated images"});
+  };
+  check(grey, "colour", depth, "depth");
+  check(depth, "depth", grey, "colour");
 }
 
 void
@@ -331,7 +344,7 @@ checkRecording(const RGBDDataset& dataset, const CheckOptions& options)
   checkUnits(sample, dataset.camera().depth_noise, findings);
   checkTogether(sample, options.num_threads, findings);
   checkRepetitions(sample, findings);
-  checkFrozenColor(sample, findings);
+  checkFrozen(sample, findings);
   checkFrames(sample, findings);
   checkGaps(dataset, findings);
   return findings;

@@ -25,9 +25,8 @@ constexpr double MOST_ELSEWHERE = 0.75;
 constexpr double SAME_VIEW = 0.8;
 /** Agreement of a chance. */
 constexpr double CHANCE = 0.02;
-/** Shifts and zooms beyond those of two cameras side by side: their share of the image's width, and
- *  their logarithm. The depth of the first Kinect, not registered, is zoomed by 0.9. */
-constexpr double FAR_SHIFT = 0.05, FAR_ZOOM = 0.13;
+/** Shifts up to this share of the image's width are mended by self-calibration, zooms are not. */
+constexpr double FAR_SHIFT = 0.05;
 
 /** A mean and how many of its standard deviations it lies above 0. */
 struct Mean {
@@ -157,9 +156,8 @@ otherPlace(const Sample& sample, int num_threads)
       here.mean > MOST_ELSEWHERE * there.mean)
     return {};
   const double scale = sample.pixels_per_edge_pixel, pixels = scale * cv::norm(best.shift);
-  const bool is_far = best.flip != DepthPlacement::Flip::NONE ||
-                      cv::norm(best.shift) > FAR_SHIFT * EDGE_WIDTH ||
-                      std::abs(std::log(best.zoom)) > FAR_ZOOM;
+  const bool is_far = best.flip != DepthPlacement::Flip::NONE || best.zoom != 1 ||
+                      cv::norm(best.shift) > FAR_SHIFT * EDGE_WIDTH;
   return {
       there.mean,
       Finding{is_far ? Severity::FAULT : Severity::WARNING,

@@ -225,6 +225,16 @@ TEST(CheckRecording, ColourThatStaysWhileDepthMovesOn)
   EXPECT_CONTAINS(worst(scan, "repeated_images").what, "in 16 of 23 neighbouring frames");
 }
 
+TEST(CheckRecording, DepthThatStaysWhileColourMovesOn)
+{
+  ChangedScan scan;
+  scan.change = [&scan](std::size_t index, RGBDFrame& frame) {
+    frame.depth = scan.original(index - index % 3).depth * (1 + 1e-4 * double(index));
+  };
+  EXPECT_EQ(worst(scan, "repeated_images").severity, Severity::FAULT);
+  EXPECT_CONTAINS(worst(scan, "repeated_images").what, "the depth image stays as it was");
+}
+
 TEST(CheckRecording, DarkFramesAreCounted)
 {
   ChangedScan scan;
