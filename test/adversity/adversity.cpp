@@ -3,6 +3,7 @@
 //
 // The adversity suite: recordings as people have them, made from simulated and shared recordings.
 // Each must come out right, or be refused or doubtful with the cause that was put in.
+#include "changes.h"
 #include "judge.h"
 #include "known_faults.h"
 #include "program.h"
@@ -128,7 +129,7 @@ private:
       say(c, "skipped: the shared recording is absent");
       return;
     }
-    const double limit = largestError(errorOf(referenceOf(c.base)));
+    const double limit = largestError(errorOf(referenceOf(c.base), c.input.reference_step));
     c.input.spoil(recording);
     const std::string folder = output_ + "/" + c.name();
     boost::filesystem::remove_all(folder);
@@ -142,22 +143,24 @@ private:
       boost::filesystem::remove_all(folder);
   }
 
-  /** Error of the unspoiled recording [m], measured once. */
+  /** Error of every `step`-th frame of the unspoiled recording [m], measured once. */
   double
-  errorOf(const std::string& base)
+  errorOf(const std::string& base, std::size_t step)
   {
     const std::lock_guard<std::mutex> lock(reference_mutex_);
-    const auto known = references_.find(base);
+    const std::string name = base + "_" + std::to_string(step);
+    const auto known = references_.find(name);
     if (known != references_.end())
       return known->second;
-    const std::string folder = output_ + "/reference." + base;
+    const Recording recording = everyNth(baseRecording(base), step);
+    const std::string folder = output_ + "/reference." + name;
     boost::filesystem::remove_all(folder);
-    const Places places = write(baseRecording(base), folder + "/in");
+    const Places places = write(recording, folder + "/in");
     const Outcome outcome = reconstruct(folder + "/in", folder + "/out", places, {});
     boost::filesystem::remove_all(folder);
     if (!outcome.error)
-      throw std::runtime_error("the unspoiled recording " + base + " has no poses");
-    return references_[base] = *outcome.error;
+      throw std::runtime_error("the unspoiled recording " + name + " has no poses");
+    return references_[name] = *outcome.error;
   }
 
   void

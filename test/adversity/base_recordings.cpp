@@ -71,6 +71,24 @@ wallsOptions()
   return options;
 }
 
+/** Where a person walks by, if there is one. */
+Options
+passageOptions()
+{
+  Options options = tableOptions();
+  options.start_time = 18;
+  return options;
+}
+
+Options
+smallPassageOptions()
+{
+  Options options = wallsOptions();
+  options.seed = 3;
+  options.start_time = 42.5;
+  return options;
+}
+
 template <class Change>
 Recording
 simulateWith(Options options, const Change& change)
@@ -146,15 +164,12 @@ bases()
        {with(tableOptions(), [](Options& o) { o.exposure_change = 0.6; }), "table"}},
       {"turning", {with(tableOptions(), [](Options& o) { o.movement = 0; }), ""}},
       {"gripper", {with(tableOptions(), [](Options& o) { o.gripper = true; }), "table"}},
-      {"person", {with(tableOptions(), [](Options& o) { o.person = true; }), "table"}},
       {"slow", {with(tableOptions(), [](Options& o) { o.frame_rate = 4; }), ""}},
-      {"slow_person",
-       {with(tableOptions(),
-             [](Options& o) {
-               o.frame_rate = 4;
-               o.person = true;
-             }),
-        "slow"}},
+      {"passage", {[] { return simulate(passageOptions()); }, ""}},
+      {"person", {with(passageOptions(), [](Options& o) { o.person = true; }), "passage"}},
+      {"small_passage", {[] { return simulate(smallPassageOptions()); }, ""}},
+      {"small_person",
+       {with(smallPassageOptions(), [](Options& o) { o.person = true; }), "small_passage"}},
   };
   return result;
 }

@@ -76,6 +76,18 @@ shiftDepth(Recording& recording, int frames)
     }
 }
 
+inline Recording
+everyNth(Recording recording, std::size_t step)
+{
+  for (std::vector<Image>* images : {&recording.color, &recording.depth}) {
+    std::vector<Image> kept;
+    for (std::size_t i = 0; i < images->size(); i += step)
+      kept.push_back((*images)[i]);
+    *images = kept;
+  }
+  return recording;
+}
+
 /** Moves the content of an image and fills what comes in with 0. */
 inline cv::Mat
 moved(const cv::Mat& pixels, double zoom, double dx, double dy)

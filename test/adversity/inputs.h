@@ -20,6 +20,8 @@ struct Input {
   std::string cause;
   double least_share = 0.5; ///< of the colour images that must get a pose
   bool is_fast = false;     ///< its first base is in the fast part
+  /** Its error is measured against that of every n-th frame of the base: so many images repeat. */
+  std::size_t reference_step = 1;
 };
 
 /** Lists, names, pairs and time stamps. */

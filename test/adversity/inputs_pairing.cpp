@@ -124,10 +124,7 @@ colorListShifted(Recording& r)
 void
 depthAtHalfTheRate(Recording& r)
 {
-  std::vector<Image> kept;
-  for (std::size_t i = 0; i < r.depth.size(); i += 2)
-    kept.push_back(r.depth[i]);
-  r.depth = kept;
+  r.depth = everyNth(r, 2).depth;
 }
 
 } // namespace
@@ -175,7 +172,7 @@ pairingInputs()
       {"clocks_apart_by_a_frame", table, depthClock(0.1), MOMENTS},
       {"clocks_apart_by_a_second", table, depthClock(1), MOMENTS},
       {"clocks_apart_by_minutes", table, depthClock(130), "no overlap in time"},
-      {"depth_at_half_the_rate", table, depthAtHalfTheRate, "", 0.4},
+      {"depth_at_half_the_rate", table, depthAtHalfTheRate, "", 0.4, false, 2},
       {"tum_without_lists", table, tumWithoutLists, "unit"},
   };
 }

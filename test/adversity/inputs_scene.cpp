@@ -137,6 +137,27 @@ addGripper(Recording& r)
   });
 }
 
+/** A board that somebody carries past, 70 cm from the camera: a fifth of the image. */
+void
+addBoard(Recording& r)
+{
+  cv::Mat cells(40, 30, CV_8UC3), texture;
+  cv::RNG random(3);
+  random.fill(cells, cv::RNG::UNIFORM, 0, 255);
+  const cv::Size size(r.camera.width / 3, r.camera.height * 2 / 3);
+  cv::resize(cells, texture, size, 0, 0, cv::INTER_NEAREST);
+  for (std::size_t i = 0; i < r.color.size(); ++i) {
+    const int x = int(i) * (r.camera.width - size.width) / int(r.color.size());
+    const cv::Rect place({x, r.camera.height / 4}, size);
+    cv::Mat color = r.color[i].pixels.clone(), depth = r.depth[i].pixels.clone();
+    withNoise(texture, 2, i).copyTo(color(place));
+    const cv::Mat near(size, CV_16UC1, cv::Scalar(0.7 * r.depth_scale));
+    withNoise(near, 8, i).copyTo(depth(place));
+    r.color[i].pixels = color;
+    r.depth[i].pixels = depth;
+  }
+}
+
 } // namespace
 
 std::vector<Input>
@@ -214,7 +235,8 @@ sceneInputs()
       {"order_shuffled", both, shuffle, ""},
       {"gripper_simulated", {"gripper"}, nothing, "moves with the camera"},
       {"gripper_pasted", {"table", "desk"}, addGripper, "moves with the camera", 0.5, true},
-      {"person", {"person", "slow_person"}, nothing, "moves"},
+      {"person_walks_by", {"person", "small_person"}, nothing, "moves"},
+      {"board_carried_past", both, addBoard, "moves"},
   };
 }
 
