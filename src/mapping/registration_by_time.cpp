@@ -10,6 +10,22 @@
 namespace bundle_icp {
 namespace {
 
+/** So many verified matches with frames elsewhere are not overruled by geometry alone. */
+constexpr std::size_t MANY_MATCHES = 100;
+
+/** Whether the matches of a frame say that it belongs to frames outside of the component. */
+bool
+belongsElsewhere(const ImageGraph& graph, const SparseModel& model, std::size_t frame,
+                 int component)
+{
+  std::size_t inside = 0, outside = 0;
+  for (const ImageEdge& edge : graph.edges(frame)) {
+    std::size_t& most = model.component(edge.neighbour) == component ? inside : outside;
+    most = std::max(most, edge.pair->matches.size());
+  }
+  return outside >= MANY_MATCHES && outside > inside;
+}
+
 /** Each frame after the one before it, if that has a pose. */
 void
 registerInOrder(const ImageGraph& graph, const FrameRegistrar& registrar, int num_threads,
@@ -19,7 +35,8 @@ registerInOrder(const ImageGraph& graph, const FrameRegistrar& registrar, int nu
   for (std::size_t k = 1; k < order.size(); ++k) {
     const std::size_t frame = order[k], last = order[k - 1];
     if (model.isRegistered(frame) || model.component(last) != component ||
-        graph.exclusion(frame).rfind("blurred", 0) == 0)
+        graph.exclusion(frame).rfind("blurred", 0) == 0 ||
+        belongsElsewhere(graph, model, frame, component))
       continue;
     Pose guess = model.worldFromCamera(last);
     std::vector<Neighbour> neighbours{{last, 0}};

@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <opencv2/core.hpp>
 
 namespace bundle_icp {
 namespace {
@@ -129,13 +130,24 @@ likelyUnit(double depth)
   return "another unit";
 }
 
-void
-checkUnits(const Sample& sample, std::vector<Finding>& findings)
+/** Nearest depth that any sensor of the kind measures, from the makers' data sheets [m]: Kinect,
+ *  Xtion and Astra 0.4 to 0.35; D405 0.07, others of its series more; Azure Kinect, L515 0.25. */
+double
+nearestDepthOf(const std::string& sensor)
 {
-  std::vector<double> depths;
+  return sensor == "kinect" ? 0.3 : sensor == "tof" || sensor == "lidar" ? 0.2 : 0.05;
+}
+
+void
+checkUnits(const Sample& sample, const DepthNoise& noise, std::vector<Finding>& findings)
+{
+  std::vector<double> depths, nearest, farthest;
   for (const FrameLook& look : sample.looks)
-    if (look.median_depth > 0)
+    if (look.median_depth > 0) {
       depths.push_back(look.median_depth);
+      nearest.push_back(look.near_depth);
+      farthest.push_back(look.far_depth);
+    }
   if (depths.empty()) {
     findings.push_back({Severity::FAULT,
                         "units",
@@ -145,15 +157,25 @@ checkUnits(const Sample& sample, std::vector<Finding>& findings)
                         "check the depth images"});
     return;
   }
-  const double depth = medianOf(depths);
+  // What is held before the camera may be nearer than its sensor measures; a whole scene is not.
+  constexpr double smallest_scene = 1;
+  const double depth = medianOf(depths), near = medianOf(nearest), far = medianOf(farthest);
+  const std::string sensor = sensorName(noise);
   const bool is_room = depth >= 0.2 && depth <= 5;
-  findings.push_back(
-      {is_room ? Severity::NOTE : Severity::FAULT,
-       "units",
-       "the median depth is " + text(depth) + " m" +
-           (is_room ? "" : ", which is no room's: likely a wrong unit"),
-       {{"median_depth_m", depth}},
-       is_room ? "" : "--depth-scale sets the units per metre: " + likelyUnit(depth)});
+  const bool is_seen = near >= nearestDepthOf(sensor) || far > smallest_scene;
+  findings.push_back({is_room && is_seen ? Severity::NOTE : Severity::FAULT,
+                      "units",
+                      "the median depth is " + text(depth) + " m" +
+                          (!is_room   ? ", which is no room's: likely a wrong unit"
+                           : !is_seen ? ", most lies between " + text(near) + " and " + text(far) +
+                                            " m, partly too near for the sensor (" + sensor +
+                                            "): likely a wrong unit"
+                                      : ""),
+                      {{"median_depth_m", depth}, {"near_depth_m", near}, {"far_depth_m", far}},
+                      is_room && is_seen
+                          ? ""
+                          : "--depth-scale sets the units per metre: " + likelyUnit(depth) +
+                                (is_room ? "; --sensor if another sensor took it" : "")});
 }
 
 void
@@ -212,6 +234,56 @@ checkRepetitions(const Sample& sample, std::vector<Finding>& findings)
                           "leave out the repeated images"});
 }
 
+/** How much neighbours differ: mean difference of grey, share of the pixels whose depth changes. */
+struct Change {
+  double grey = 0, depth = 0;
+};
+
+Change
+changeBetween(const FrameLook& look, const FrameLook& before)
+{
+  constexpr float changed = 0.03f; // of the depth: beyond noise
+  const cv::Mat both = (look.small_depth > 0) & (before.small_depth > 0);
+  const cv::Mat moved =
+      cv::abs(look.small_depth - before.small_depth) > changed * before.small_depth;
+  return {cv::mean(cv::abs(look.small_grey - before.small_grey))[0],
+          double(cv::countNonZero(moved & both)) / std::max(1, cv::countNonZero(both))};
+}
+
+/** Neighbours whose colour stays while depth moves on as elsewhere: images that were repeated, and
+ *  then encoded or filtered anew. */
+void
+checkFrozenColor(const Sample& sample, std::vector<Finding>& findings)
+{
+  constexpr double stays = 0.2, moves = 0.6;
+  std::vector<Change> changes;
+  std::vector<double> grey;
+  for (std::size_t i = 1; i < sample.looks.size(); ++i) {
+    const FrameLook &look = sample.looks[i], &before = sample.looks[i - 1];
+    if (sample.places[i] != sample.places[i - 1] + 1 || !look.is_read || !before.is_read ||
+        look.color_hash == before.color_hash)
+      continue;
+    changes.push_back(changeBetween(look, before));
+    grey.push_back(changes.back().grey);
+  }
+  std::sort(grey.begin(), grey.end());
+  const double usual = grey.empty() ? 0 : grey[grey.size() * 9 / 10];
+  std::vector<double> of_frozen, of_others;
+  for (const Change& change : changes)
+    (change.grey < stays * usual ? of_frozen : of_others).push_back(change.depth);
+  if (of_frozen.size() < 3 || 5 * of_frozen.size() < changes.size() ||
+      medianOf(of_frozen) < moves * medianOf(of_others))
+    return;
+  findings.push_back({Severity::FAULT,
+                      "repeated_images",
+                      "in " + std::to_string(of_frozen.size()) + " of " +
+                          std::to_string(changes.size()) +
+                          " neighbouring frames the colour image stays as it was while the depth "
+                          "image moves on",
+                      {{"share", double(of_frozen.size()) / double(changes.size())}},
+                      "leave out the repeated images"});
+}
+
 void
 checkGaps(const RGBDDataset& dataset, std::vector<Finding>& findings)
 {
@@ -256,9 +328,10 @@ checkRecording(const RGBDDataset& dataset, const CheckOptions& options)
   std::vector<Finding> findings = dataset.findings();
   const Sample sample = takeSample(dataset, options);
   checkCamera(dataset.camera(), findings);
-  checkUnits(sample, findings);
-  checkTogether(sample, findings);
+  checkUnits(sample, dataset.camera().depth_noise, findings);
+  checkTogether(sample, options.num_threads, findings);
   checkRepetitions(sample, findings);
+  checkFrozenColor(sample, findings);
   checkFrames(sample, findings);
   checkGaps(dataset, findings);
   return findings;

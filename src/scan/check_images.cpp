@@ -28,24 +28,14 @@ hashOf(const cv::Mat& image)
   return hash;
 }
 
-/** Mean 0 and norm 1; empty when nothing differs. */
-cv::Mat
-normalised(const cv::Mat& image)
-{
-  cv::Mat result = image - cv::mean(image)[0];
-  const double norm = cv::norm(result);
-  return norm > 1e-9 ? cv::Mat(result / norm) : cv::Mat();
-}
-
 /** Jumps between neighbours that both have depth, and between the nearest depths around holes. */
 cv::Mat
-depthEdges(const cv::Mat& depth, const cv::Size& size)
+depthEdges(const cv::Mat& small)
 {
-  cv::Mat small, edges(size, CV_32FC1, cv::Scalar(0));
-  cv::resize(depth, small, size, 0, 0, cv::INTER_NEAREST);
+  cv::Mat edges(small.size(), CV_32FC1, cv::Scalar(0));
   int count = 0;
-  for (int y = 0; y + 2 < size.height; ++y)
-    for (int x = 0; x + 2 < size.width; ++x)
+  for (int y = 0; y + 2 < small.rows; ++y)
+    for (int x = 0; x + 2 < small.cols; ++x)
       for (const cv::Point step : {cv::Point(2, 0), cv::Point(0, 2)}) {
         const float a = small.at<float>(y, x), b = small.at<float>(y + step.y, x + step.x);
         if (std::abs(a - b) > JUMP * std::min(a, b)) { // false without depth
@@ -53,7 +43,7 @@ depthEdges(const cv::Mat& depth, const cv::Size& size)
           ++count;
         }
       }
-  if (count < FEWEST_EDGES * size.area())
+  if (count < FEWEST_EDGES * double(small.total()))
     return {};
   cv::GaussianBlur(edges, edges, {}, 1.0);
   return normalised(edges);
@@ -61,11 +51,9 @@ depthEdges(const cv::Mat& depth, const cv::Size& size)
 
 /** Magnitude of the gradient relative to what is usual around. */
 cv::Mat
-colorEdges(const cv::Mat& grey, const cv::Size& size)
+colorEdges(const cv::Mat& small)
 {
-  cv::Mat small, dx, dy, magnitude, usual;
-  cv::resize(grey, small, size, 0, 0, cv::INTER_AREA);
-  small.convertTo(small, CV_32F);
+  cv::Mat dx, dy, magnitude, usual;
   cv::Sobel(small, dx, CV_32F, 1, 0);
   cv::Sobel(small, dy, CV_32F, 0, 1);
   cv::magnitude(dx, dy, magnitude);
@@ -85,12 +73,25 @@ lookAtDepth(const cv::Mat& depth, FrameLook& look)
   look.measured = double(depths.size()) / (((depth.rows + 1) / 2) * ((depth.cols + 1) / 2));
   if (depths.empty())
     return;
-  const auto middle = depths.begin() + std::ptrdiff_t(depths.size() / 2);
-  std::nth_element(depths.begin(), middle, depths.end());
-  look.median_depth = double(*middle);
+  const auto quantile = [&depths](std::size_t percent) {
+    const auto place = depths.begin() + std::ptrdiff_t(depths.size() * percent / 100);
+    std::nth_element(depths.begin(), place, depths.end());
+    return double(*place);
+  };
+  look.median_depth = quantile(50);
+  look.near_depth = quantile(10);
+  look.far_depth = quantile(90);
 }
 
 } // namespace
+
+cv::Mat
+normalised(const cv::Mat& image)
+{
+  cv::Mat result = image - cv::mean(image)[0];
+  const double norm = cv::norm(result);
+  return norm > 1e-9 ? cv::Mat(result / norm) : cv::Mat();
+}
 
 FrameLook
 lookAt(const RGBDFrame& frame)
@@ -113,8 +114,11 @@ lookAt(const RGBDFrame& frame)
   const double scale = std::min(1.0, double(EDGE_WIDTH) / frame.color.cols);
   const cv::Size size(std::max(3, int(frame.color.cols * scale)),
                       std::max(3, int(frame.color.rows * scale)));
-  look.depth_edges = depthEdges(frame.depth, size);
-  look.color_edges = colorEdges(grey, size);
+  cv::resize(grey, grey, size, 0, 0, cv::INTER_AREA);
+  grey.convertTo(look.small_grey, CV_32F);
+  cv::resize(frame.depth, look.small_depth, size, 0, 0, cv::INTER_NEAREST);
+  look.depth_edges = depthEdges(look.small_depth);
+  look.color_edges = colorEdges(look.small_grey);
   return look;
 }
 

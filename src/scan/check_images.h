@@ -18,13 +18,21 @@ struct FrameLook {
   double sharpness = 0;    ///< mean square of the differences of neighbours, over the contrast's
   double measured = 0;     ///< share of the pixels that have depth
   double median_depth = 0; ///< [m]; 0 without depth
+  double near_depth = 0;   ///< a tenth of the depth is nearer [m]; 0 without depth
+  double far_depth = 0;    ///< a tenth of the depth is farther [m]; 0 without depth
   cv::Mat depth_edges;     ///< CV_32FC1, small: where the depth jumps, mean 0, norm 1 or empty
   cv::Mat color_edges;     ///< CV_32FC1, of the same size, mean 0, norm 1 or empty
+  cv::Mat small_grey;      ///< CV_32FC1, of the same size
+  cv::Mat small_depth;     ///< CV_32FC1, of the same size [m]
   std::uint64_t color_hash = 0, depth_hash = 0; ///< of all bytes
 };
 
 FrameLook
 lookAt(const RGBDFrame& frame);
+
+/** Mean 0 and norm 1; empty when nothing differs. */
+cv::Mat
+normalised(const cv::Mat& image);
 
 /** How well depth edges, moved by `shift`, lie on colour edges, -1 to 1; 0 when either is empty. */
 double

@@ -2,21 +2,32 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "scan/check_together.h"
 
+#include "scan/depth_placement.h"
+
 #include <cmath>
 #include <opencv2/core.hpp>
+#include <optional>
 
 namespace bundle_icp {
 namespace {
 
-/** Fewest frames with edges in depth and colour that say something. */
-constexpr std::size_t FEWEST_FRAMES = 6;
-/** So many standard deviations of a mean are no chance, though many shifts are tried. */
-constexpr double SURE = 5;
-/** Largest shift between depth and colour that is tried [px of the images of edges]. */
-constexpr int FARTHEST_SHIFT = 10;
-
-/** Smallest shift that no tolerance of a camera's own registration explains, in the same unit. */
-constexpr double NEAREST_SHIFT = 4;
+/** Fewest frames with edges in depth and colour that say something, and those whose spread is
+ *  known well. */
+constexpr std::size_t FEWEST_FRAMES = 6, MANY_FRAMES = 12;
+/** A mean so many of its standard deviations above 0, and so large, is no chance, though many
+ *  places are tried: where depth lies right it is below 0 in all of them. */
+constexpr double SURE = 3, MIN_GAIN_IN_TIME = 0.02, MIN_GAIN_IN_PLACE = 0.06;
+/** Edges that lie right agree by more than this, ... */
+constexpr double MIN_AGREEMENT = 0.13;
+/** ... and edges that lie elsewhere have at most this share of it at their own place. */
+constexpr double MOST_ELSEWHERE = 0.75;
+/** Agreement of two views from which they are one and the same. */
+constexpr double SAME_VIEW = 0.8;
+/** Agreement of a chance. */
+constexpr double CHANCE = 0.02;
+/** Shifts and zooms beyond those of two cameras side by side: their share of the image's width, and
+ *  their logarithm. The depth of the first Kinect, not registered, is zoomed by 0.9. */
+constexpr double FAR_SHIFT = 0.05, FAR_ZOOM = 0.13;
 
 /** A mean and how many of its standard deviations it lies above 0. */
 struct Mean {
@@ -61,78 +72,132 @@ gainOfShift(const Sample& sample, std::ptrdiff_t shift)
   return meanOf(gains);
 }
 
-/** Looks for a shift of the image that brings depth edges onto colour edges. */
-void
-checkRegistration(const Sample& sample, std::vector<Finding>& findings)
+std::vector<FrameLook>
+withEdges(const Sample& sample)
 {
-  cv::Point best;
+  std::vector<FrameLook> looks;
+  for (const FrameLook& look : sample.looks)
+    if (!look.depth_edges.empty() && !look.color_edges.empty())
+      looks.push_back(look);
+  return looks;
+}
+
+/** Frames with edges that differ from the one before: a camera that stands still shows one view,
+ *  however many frames it takes. */
+std::vector<FrameLook>
+differentViews(const Sample& sample)
+{
+  std::vector<FrameLook> views;
+  for (const FrameLook& look : withEdges(sample))
+    if (views.empty() || look.color_edges.dot(views.back().color_edges) < SAME_VIEW)
+      views.push_back(look);
+  return views;
+}
+
+std::vector<double>
+agreements(const std::vector<FrameLook>& looks, const DepthPlacement& placement = {})
+{
+  std::vector<double> values;
+  for (const FrameLook& look : looks)
+    values.push_back(agreement(look, placement));
+  return values;
+}
+
+/** What a frame's depth lies on, if not on its own colour, and how well. */
+struct Elsewhere {
+  double agreement = 0;
+  std::optional<Finding> finding;
+};
+
+/** Depth that lies on the colour of another frame. */
+Elsewhere
+otherMoment(const Sample& sample)
+{
+  std::ptrdiff_t best = 0;
   Mean best_gain;
-  for (int dy = -FARTHEST_SHIFT; dy <= FARTHEST_SHIFT; dy += 2)
-    for (int dx = -FARTHEST_SHIFT; dx <= FARTHEST_SHIFT; dx += 2) {
-      std::vector<double> gains;
-      for (const FrameLook& look : sample.looks)
-        if (!look.depth_edges.empty() && !look.color_edges.empty())
-          gains.push_back(agreement(look, look, {dx, dy}) - agreement(look, look));
-      if (const Mean gain = meanOf(gains); gain.mean > best_gain.mean) {
-        best_gain = gain;
-        best = {dx, dy};
-      }
+  const auto most = std::ptrdiff_t(sample.looks.size()) - 1;
+  for (std::ptrdiff_t shift = -most; shift <= most; ++shift) {
+    const Mean gain = gainOfShift(sample, shift);
+    const double few =
+        std::sqrt(double(MANY_FRAMES) / double(std::max<std::size_t>(1, gain.count)));
+    if (shift != 0 && gain.mean > best_gain.mean && gain.deviations > SURE * std::max(1.0, few)) {
+      best_gain = gain;
+      best = shift;
     }
-  if (best_gain.count < 2 * FEWEST_FRAMES || best_gain.deviations < SURE || best_gain.mean < 0.1 ||
-      cv::norm(best) < NEAREST_SHIFT)
+  }
+  const double agreement = meanOf(agreements(withEdges(sample))).mean + best_gain.mean;
+  if (best_gain.mean < MIN_GAIN_IN_TIME || agreement < MIN_AGREEMENT)
+    return {};
+  const std::size_t frames = std::size_t(std::abs(best)) * sample.step;
+  return {agreement,
+          Finding{Severity::FAULT,
+                  "color_and_depth",
+                  "colour and depth are of other moments: edges in depth lie on those of the "
+                  "colour image " +
+                      std::to_string(frames) + (best > 0 ? " later" : " earlier") +
+                      ", not on those of their own",
+                  {{"frames_apart", double(frames)}, {"deviations", best_gain.deviations}},
+                  "pair the images by time"}};
+}
+
+/** Depth that lies elsewhere on its own colour. */
+Elsewhere
+otherPlace(const Sample& sample, int num_threads)
+{
+  const std::vector<FrameLook> views = differentViews(sample);
+  if (views.size() < FEWEST_FRAMES)
+    return {};
+  const DepthPlacement best = bestPlacement(views, num_threads);
+  const std::vector<double> own = agreements(views), placed = agreements(views, best);
+  std::vector<double> gains;
+  for (std::size_t i = 0; i < own.size(); ++i)
+    gains.push_back(placed[i] - own[i]);
+  const Mean here = meanOf(own), there = meanOf(placed), gain = meanOf(gains);
+  if (gain.deviations < SURE || gain.mean < MIN_GAIN_IN_PLACE || there.mean < MIN_AGREEMENT ||
+      here.mean > MOST_ELSEWHERE * there.mean)
+    return {};
+  const double scale = sample.pixels_per_edge_pixel, pixels = scale * cv::norm(best.shift);
+  const bool is_far = best.flip != DepthPlacement::Flip::NONE ||
+                      cv::norm(best.shift) > FAR_SHIFT * EDGE_WIDTH ||
+                      std::abs(std::log(best.zoom)) > FAR_ZOOM;
+  return {
+      there.mean,
+      Finding{is_far ? Severity::FAULT : Severity::WARNING,
+              "color_and_depth",
+              "depth is not registered to colour: its edges lie on those in colour when it is " +
+                  toString(best, scale),
+              {{"shift_px", pixels}, {"zoom", best.zoom}, {"deviations", gain.deviations}},
+              "record depth aligned to the colour camera"}};
+}
+
+void
+checkView(const Sample& sample, std::vector<Finding>& findings)
+{
+  const Mean together = meanOf(agreements(differentViews(sample)));
+  if (together.count < MANY_FRAMES || together.mean > CHANCE || together.deviations > 2)
     return;
-  const double pixels = cv::norm(best) * sample.pixels_per_edge_pixel;
-  findings.push_back({Severity::WARNING,
+  findings.push_back({Severity::FAULT,
                       "color_and_depth",
-                      "edges in depth lie about " + std::to_string(int(std::lround(pixels))) +
-                          " px beside those in colour: depth is not registered to colour",
-                      {{"shift_px", pixels}, {"deviations", best_gain.deviations}},
-                      "record depth aligned to the colour camera"});
+                      "colour and depth do not show the same view: in " +
+                          std::to_string(together.count) +
+                          " frames, edges in depth lie no nearer to edges in colour than chance "
+                          "would put them",
+                      {{"agreement", together.mean}},
+                      "check which colour image belongs to which depth image, and whether depth is "
+                      "registered to colour"});
 }
 
 } // namespace
 
 void
-checkTogether(const Sample& sample, std::vector<Finding>& findings)
+checkTogether(const Sample& sample, int num_threads, std::vector<Finding>& findings)
 {
-  std::ptrdiff_t best = 0;
-  Mean best_gain;
-  const auto most = std::ptrdiff_t(sample.looks.size()) - 1;
-  for (std::ptrdiff_t shift = -most; shift <= most; ++shift)
-    if (const Mean gain = gainOfShift(sample, shift);
-        shift != 0 && gain.deviations > best_gain.deviations) {
-      best_gain = gain;
-      best = shift;
-    }
-  if (best_gain.deviations > SURE && best_gain.mean > 0.02) {
-    const std::size_t frames = std::size_t(std::abs(best)) * sample.step;
-    findings.push_back({Severity::FAULT,
-                        "color_and_depth",
-                        "colour and depth are of other moments: edges in depth lie on those of "
-                        "the colour image " +
-                            std::to_string(frames) + (best > 0 ? " later" : " earlier") +
-                            ", not on those of their own",
-                        {{"frames_apart", double(frames)}, {"deviations", best_gain.deviations}},
-                        "pair the images by time"});
-    return;
-  }
-  std::vector<double> own;
-  for (const FrameLook& look : sample.looks)
-    if (!look.depth_edges.empty() && !look.color_edges.empty())
-      own.push_back(agreement(look, look));
-  const Mean together = meanOf(own);
-  if (together.count >= 2 * FEWEST_FRAMES && together.mean < 0.02 && together.deviations < 2)
-    findings.push_back({Severity::FAULT,
-                        "color_and_depth",
-                        "colour and depth do not show the same view: in " +
-                            std::to_string(together.count) +
-                            " frames, edges in depth lie no nearer to edges in colour than chance "
-                            "would put them",
-                        {{"agreement", together.mean}},
-                        "check which colour image belongs to which depth image, and whether depth "
-                        "is registered to colour"});
+  const Elsewhere moment = otherMoment(sample), place = otherPlace(sample, num_threads);
+  const Elsewhere& likelier = moment.agreement > place.agreement ? moment : place;
+  if (likelier.finding)
+    findings.push_back(*likelier.finding);
   else
-    checkRegistration(sample, findings);
+    checkView(sample, findings);
 }
 
 } // namespace bundle_icp

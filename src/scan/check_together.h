@@ -22,6 +22,6 @@ struct Sample {
 /** Depth edges are edges in colour as well, of the same moment and the same view: says where they
  *  are not. */
 void
-checkTogether(const Sample& sample, std::vector<Finding>& findings);
+checkTogether(const Sample& sample, int num_threads, std::vector<Finding>& findings);
 
 } // namespace bundle_icp

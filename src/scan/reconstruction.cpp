@@ -283,6 +283,7 @@ Reconstruction::verify()
   add(verification.findings);
   add(calibrationFindings(result_.self_calibration, result_.model.calibration(),
                           scan_.dataset().camera()));
+  add(timeOffsetFindings(result_, has_times));
   add(movingFindings(result_.frames));
   add(sceneFindings(result_));
 }

@@ -5,6 +5,7 @@
 #include "refinement/format_text.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace bundle_icp {
 namespace {
@@ -67,6 +68,30 @@ movingFindings(const std::vector<FrameReport>& frames)
                   moving, registered, 100 * most),
        {{"frames", moving}, {"largest_share", most}},
        ""}};
+}
+
+std::vector<Finding>
+timeOffsetFindings(const ReconstructionResult& result, bool has_times)
+{
+  // Cameras that run free at 30 Hz are paired within 17 ms; exposure and transport add less.
+  constexpr double longest_time = 0.04, most_frames = 0.75;
+  const double offset = result.model.calibration()[CalibrationParameter::TIME_OFFSET];
+  const Trajectory trajectory = result.trajectory(0);
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < trajectory.size(); ++i)
+    steps.push_back(trajectory[i].timestamp - trajectory[i - 1].timestamp);
+  const double step = steps.empty() ? 0 : quantile(steps, 0.5);
+  const double frames = step > 0 ? offset / step : 0;
+  if (has_times ? std::abs(offset) <= longest_time : std::abs(frames) <= most_frames)
+    return {};
+  return {{Severity::FAULT,
+           "color_and_depth",
+           "colour and depth are of other moments: by the poses depth was taken " +
+               (has_times ? formatText("%.3f s", std::abs(offset))
+                          : formatText("%.1f frames", std::abs(frames))) +
+               (offset > 0 ? " after" : " before") + " its colour image",
+           {{"time_offset_s", offset}, {"time_offset_frames", frames}},
+           "pair the images by time; check the clocks of the two streams"}};
 }
 
 std::vector<Finding>

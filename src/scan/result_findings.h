@@ -16,6 +16,11 @@ cameraFixedFindings(const CameraFixed& fixed);
 std::vector<Finding>
 movingFindings(const std::vector<FrameReport>& frames);
 
+/** A time between colour and depth that no camera has: they were paired wrongly.
+ *  \param has_times whether the stamps are times; if not, frames are the unit of time */
+std::vector<Finding>
+timeOffsetFindings(const ReconstructionResult& result, bool has_times);
+
 /** How far and how large the scene is: what shows a wrong unit at a glance. */
 std::vector<Finding>
 sceneFindings(const ReconstructionResult& result);

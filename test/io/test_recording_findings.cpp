@@ -291,3 +291,16 @@ TEST_F(Findings, HintWhenStreamsLieFurtherApart)
   options.max_time_difference = 0.06;
   EXPECT_EQ(openDataset(place, options)->size(), 3u);
 }
+
+TEST_F(Findings, ImagesThatBelongToNoFrameAreCounted)
+{
+  recordings::writeTum(place, 6);
+  for (const Finding& finding : openDataset(place)->findings())
+    EXPECT_NE(finding.kind, "unused_files") << finding.what;
+  recordings::writeImage(place + "/infrared/3.png", recordings::color(3));
+  recordings::writeImage(place + "/infrared/4.png", recordings::color(4));
+  writeText(place + "/notes.txt", "no image");
+  EXPECT_CONTAINS(worst(*openDataset(place), "unused_files").what,
+                  "2 images or recordings in the folder belong to no frame, such as "
+                  "infrared/3.png");
+}

@@ -99,6 +99,24 @@ TEST(RegisterByTime, ContinuesItsComponentAlone)
   EXPECT_EQ(frames.model.registeredFrames(1), (Images{0, 1, 2}));
 }
 
+TEST(RegisterByTime, LeavesFramesWhoseMatchesBelongElsewhere)
+{
+  Scan scan;
+  scan.add(noFeatures(), room().read(0).depth, room().worldFromCamera(0));
+  scan.addRoom({2, 4});
+  const ImageGraph graph = scan.graph();
+  ASSERT_GE(graph.edges(1).front().pair->matches.size(), 100u);
+  SparseModel model(3);
+  model.registerFrame(0, scan.truth[0], 0);
+  const MapperOptions options;
+  const DepthViewProvider views = scan.provider();
+  const FrameRegistrar registrar(graph, views, options.registration, options.adjustment);
+  EXPECT_TRUE(registerByTime(graph, registrar, options, 0, model).empty());
+  model.registerFrame(1, scan.truth[1], 0); // now they belong here
+  ASSERT_EQ(registerByTime(graph, registrar, options, 0, model).size(), 1u);
+  EXPECT_TRUE(model.isRegistered(2));
+}
+
 TEST(RegisterByTime, TriesAnImageThatFailedFromTheOtherSide)
 {
   // A wall alone does not hold a frame that slides along it.

@@ -10,6 +10,7 @@
 #include <pcl/exceptions.h>
 
 #include <functional>
+#include <opencv2/imgproc.hpp>
 
 using namespace bundle_icp;
 
@@ -31,10 +32,7 @@ smallScan(std::uint64_t seed = 1)
 /** A scan whose frames and camera a test changes. */
 class ChangedScan : public RGBDDataset {
 public:
-  explicit ChangedScan(const SyntheticScanOptions& options = smallScan())
-  : scan(options), changed_camera(scan.camera())
-  {
-  }
+  ChangedScan() : changed_camera(scan.camera()) {}
 
   std::size_t
   size() const override
@@ -64,13 +62,29 @@ public:
   RGBDFrame
   read(std::size_t index) const override
   {
-    RGBDFrame frame = scan.read(index);
+    RGBDFrame frame = original(index);
     if (change)
       change(index, frame);
     return frame;
   }
 
-  SyntheticScan scan;
+  /** A copy of a frame that is rendered once for all tests. */
+  RGBDFrame
+  original(std::size_t index) const
+  {
+    static const std::vector<RGBDFrame> frames = [this] {
+      std::vector<RGBDFrame> rendered;
+      for (std::size_t i = 0; i < scan.size(); ++i)
+        rendered.push_back(scan.read(i));
+      return rendered;
+    }();
+    RGBDFrame frame = frames[index];
+    frame.color = frame.color.clone();
+    frame.depth = frame.depth.clone();
+    return frame;
+  }
+
+  SyntheticScan scan{smallScan()};
   CameraIntrinsics changed_camera;
   std::function<void(std::size_t, RGBDFrame&)> change;
 };
@@ -101,6 +115,9 @@ TEST(CheckRecording, DepthOfNoRoom)
   scan.change = [](std::size_t, RGBDFrame& frame) { frame.depth *= 10; };
   EXPECT_EQ(worst(scan, "units").severity, Severity::FAULT);
   EXPECT_CONTAINS(worst(scan, "units").remedy, "10000 for 0.1 mm");
+  scan.change = [](std::size_t, RGBDFrame& frame) { frame.depth *= 0.2; };
+  EXPECT_EQ(worst(scan, "units").severity, Severity::FAULT);
+  EXPECT_CONTAINS(worst(scan, "units").what, "too near for the sensor (kinect)");
   scan.change = [](std::size_t, RGBDFrame& frame) { frame.depth *= 0.001; };
   EXPECT_CONTAINS(worst(scan, "units").remedy, "a thousandth");
   scan.change = [](std::size_t, RGBDFrame& frame) { frame.depth.setTo(NAN); };
@@ -128,7 +145,7 @@ TEST(CheckRecording, ColourOfAnotherMoment)
 {
   ChangedScan scan;
   scan.change = [&scan](std::size_t index, RGBDFrame& frame) {
-    frame.color = scan.scan.read((index + 21) % 24).color;
+    frame.color = scan.original((index + 21) % 24).color;
   };
   const Finding finding = worst(scan, "color_and_depth");
   EXPECT_EQ(finding.severity, Severity::FAULT);
@@ -147,20 +164,65 @@ TEST(CheckRecording, DepthThatIsNotRegistered)
 {
   ChangedScan scan;
   scan.change = [](std::size_t, RGBDFrame& frame) {
-    cv::Mat moved = frame.color.clone();
-    frame.color.colRange(0, 304).copyTo(moved.colRange(16, 320));
-    frame.color = moved;
+    const cv::Mat original = frame.color.clone();
+    original.colRange(0, 304).copyTo(frame.color.colRange(16, 320));
   };
-  EXPECT_CONTAINS(worst(scan, "color_and_depth").what, "about 16 px beside");
+  EXPECT_CONTAINS(worst(scan, "color_and_depth").what, "moved by 16 px across");
+  scan.change = [](std::size_t, RGBDFrame& frame) {
+    const cv::Mat original = frame.depth.clone();
+    frame.depth.setTo(NAN);
+    original.colRange(0, 270).copyTo(frame.depth.colRange(50, 320));
+  };
+  EXPECT_CONTAINS(worst(scan, "color_and_depth").what, "moved by -50 px across");
+  EXPECT_EQ(worst(scan, "color_and_depth").severity, Severity::FAULT);
+}
+
+TEST(CheckRecording, DepthOfAnotherFieldOfView)
+{
+  ChangedScan scan;
+  scan.change = [](std::size_t, RGBDFrame& frame) {
+    const cv::Matx23d about_centre(0.8, 0, 0.1 * 319, 0, 0.8, 0.1 * 239);
+    cv::warpAffine(frame.depth, frame.depth, about_centre, frame.depth.size(), cv::INTER_NEAREST);
+  };
+  EXPECT_EQ(worst(scan, "color_and_depth").severity, Severity::FAULT);
+  EXPECT_CONTAINS(worst(scan, "color_and_depth").what, "zoomed by 1.25");
+}
+
+TEST(CheckRecording, DepthThatIsMirrored)
+{
+  ChangedScan scan;
+  const std::pair<int, const char*> flips[] = {
+      {1, "mirrored sideways"}, {0, "mirrored upside down"}, {-1, "turned by 180 degrees"}};
+  for (const auto& [code, text] : flips) {
+    scan.change = [code = code](std::size_t, RGBDFrame& frame) {
+      cv::flip(frame.depth.clone(), frame.depth, code);
+    };
+    EXPECT_EQ(worst(scan, "color_and_depth").severity, Severity::FAULT);
+    EXPECT_CONTAINS(worst(scan, "color_and_depth").what, text);
+  }
 }
 
 TEST(CheckRecording, RepeatedImages)
 {
   ChangedScan scan;
   scan.change = [&](std::size_t index, RGBDFrame& frame) {
-    frame.color = scan.scan.read(index - index % 2).color;
+    frame.color = scan.original(index - index % 2).color;
   };
   EXPECT_CONTAINS(worst(scan, "repeated_images").what, "12 of 23 neighbouring frames");
+}
+
+TEST(CheckRecording, ColourThatStaysWhileDepthMovesOn)
+{
+  ChangedScan scan;
+  scan.change = [&scan](std::size_t index, RGBDFrame& frame) {
+    frame.color = scan.original(index - index % 3).color;
+    cv::Mat noise(frame.color.size(), CV_8UC3);
+    cv::theRNG().state = index + 1;
+    cv::randu(noise, 0, 4); // as encoding does: the bits differ
+    frame.color += noise;
+  };
+  EXPECT_EQ(worst(scan, "repeated_images").severity, Severity::FAULT);
+  EXPECT_CONTAINS(worst(scan, "repeated_images").what, "in 16 of 23 neighbouring frames");
 }
 
 TEST(CheckRecording, DarkFramesAreCounted)

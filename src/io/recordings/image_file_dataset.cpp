@@ -4,6 +4,7 @@
 #include "io/recordings/calibration_files.h"
 #include "io/recordings/repeated_frames.h"
 #include "io/recordings/seven_scenes_warp.h"
+#include "io/recordings/unused_files.h"
 #include "io/text_file.h"
 
 #include <boost/filesystem.hpp>
@@ -302,6 +303,8 @@ makeImageFileDataset(Recording recording, const std::string& folder, const Datas
     recording.intrinsics->depth_noise = *options.depth_noise;
   const CameraIntrinsics camera = probeCamera(recording, folder);
   sayAssumptions(camera, options, recording);
+  const std::vector<Finding> unused = unusedFiles(recording, folder);
+  recording.findings.insert(recording.findings.end(), unused.begin(), unused.end());
   select(recording.frames, options);
   leaveOutRepeatedFrames(recording);
   return std::make_shared<ImageFileDataset>(std::move(recording), camera, options);
