@@ -12,7 +12,8 @@ using Change = std::function<void(Recording&)>;
 const char* const MOMENTS = "other moment|(earlier|later), not on those|do not show the same view";
 /** Other pixels. */
 const char* const PIXELS = "not registered|px beside|do not show the same view|mirror|upside|zoom";
-const char* const REPEATED = "repeat|the same (colour|depth) image|same rate|twice|other moment";
+const char* const REPEATED =
+    "repeat|the same (colour|depth) image|stays as it was|twice|other moment";
 
 Change
 depthPixels(const PixelChange& change)
