@@ -8,6 +8,7 @@
 #include "known_faults.h"
 #include "program.h"
 
+#include <boost/algorithm/string/replace.hpp>
 #include <boost/program_options.hpp>
 
 #include <algorithm>
@@ -191,7 +192,7 @@ private:
                 outcome.verdict.empty() ? "-" : outcome.verdict.c_str(), error, 1e3 * limit,
                 outcome.num_poses, num_colors, toString(judgement));
     if (judgement != Judgement::RIGHT && !outcome.messages.empty())
-      std::printf("    %s\n", firstLines(outcome.messages).c_str());
+      std::printf("    %s\n", shortened(outcome.messages).c_str());
     std::fflush(stdout);
   }
 
@@ -204,17 +205,16 @@ private:
     std::fflush(stdout);
   }
 
+  /** Beginning and end: that of a refusal says why. */
   static std::string
-  firstLines(std::string text)
+  shortened(std::string text)
   {
     constexpr std::size_t longest = 600;
     if (text.size() > longest)
-      text = text.substr(0, longest) + " ...";
+      text = text.substr(0, longest / 2) + " ... " + text.substr(text.size() - longest / 2);
     while (!text.empty() && text.back() == '\n')
       text.pop_back();
-    for (std::size_t i = text.find('\n'); i != std::string::npos; i = text.find('\n', i + 1))
-      text.insert(i + 1, "    ");
-    return text;
+    return boost::replace_all_copy(text, "\n", "\n    ");
   }
 
   const Arguments arguments_;
