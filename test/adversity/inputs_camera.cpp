@@ -11,10 +11,10 @@ namespace {
 
 using Change = std::function<void(Recording&)>;
 
-const char* const UNITS = "wrong unit|no room|unit of depth|units per metre|no depth|hardly any|"
-                          "depth (images? )?.*8[- ]bit|steps of";
-const char* const DEPTH = "wrong unit|no room|no depth|hardly any|not depth|disparity|in steps|"
-                          "depth of a typical frame agrees";
+const char* const UNITS = "wrong unit|no room|unit of depth is|hardly any depth|has depth";
+/** Numbers that are no depth at all. */
+const char* const NO_DEPTH =
+    "wrong unit|no room|no depth|not depth|inverse|disparity|display|noise";
 const char* const LENS = "focal length|half the size|twice the size|principal point|field of view|"
                          "pixels are square|intrinsics .*are for";
 
@@ -198,8 +198,8 @@ unitInputs()
       {"mm_as_tum_units", all, units([](double z) { return 1000 * z; }), UNITS},
       {"cm_as_tum_units", table, units([](double z) { return 100 * z; }), UNITS},
       {"inches", table, open3dUnits([](double z) { return 39.37 * z; }), UNITS},
-      {"inverse_depth", both, units([](double z) { return 8000 / z; }), DEPTH},
-      {"disparity", table, open3dUnits([](double z) { return 525 * 0.075 / z * 32; }), DEPTH},
+      {"inverse_depth", both, units([](double z) { return 8000 / z; }), NO_DEPTH},
+      {"disparity", table, open3dUnits([](double z) { return 525 * 0.075 / z * 32; }), NO_DEPTH},
       {"eight_bits_scaled", both, units([](double z) { return std::round(z * 255 / 5) * 98; }),
        UNITS},
       {"eight_bit_files", table, depthPixels([](std::size_t, const cv::Mat& pixels) {
@@ -209,19 +209,20 @@ unitInputs()
        }),
        "8[- ]bit"},
       {"stretched_for_display", table,
-       depthPixels([](std::size_t, const cv::Mat& pixels) { return stretched(pixels); }), DEPTH},
+       depthPixels([](std::size_t, const cv::Mat& pixels) { return stretched(pixels); }), NO_DEPTH},
       {"bytes_swapped", both,
        depthPixels([](std::size_t, const cv::Mat& pixels) { return withSwappedBytes(pixels); }),
-       DEPTH},
-      {"clipped_to_1_5_m", both, units([](double z) { return 5000 * std::min(z, 1.5); }), DEPTH},
+       NO_DEPTH},
+      {"clipped_to_1_5_m", both, units([](double z) { return 5000 * std::min(z, 1.5); }),
+       "clipped|one and the same depth|the same depth"},
       {"far_depth_left_out", both, units([](double z) { return z > 1.6 ? 0 : 5000 * z; }), ""},
       {"wild_pixels", both, depthPixels(withWildPixels), ""},
       {"steps_of_5_cm", both, units([](double z) { return 5000 * 0.05 * std::round(z / 0.05); }),
-       "steps|quanti|depth of a typical frame agrees"},
+       "in steps|quanti"},
       {"ray_lengths", both, rayLengths,
-       "along the ray|length of the ray|ray lengths?|distance from the camera|focal length"},
+       "along the ray|length of the ray|ray lengths?|distance from the camera"},
       {"30_cm_too_far", table, units([](double z) { return 5000 * (z + 0.3); }),
-       "offset|too far|focal length|wrong unit"},
+       "offset|too far|wrong unit"},
   };
 }
 
@@ -264,7 +265,8 @@ cameraInputs()
       {"pixels_not_square", table, squeeze, ""},
       {"focal_lengths_swapped", table, swappedFocalLengths, LENS},
       {"focal_length_one_long", both, [](Recording& r) { r.camera.fx *= 1.2; }, LENS},
-      {"lens_of_another_camera", table, lensOfAnother, "distortion|lens|correction|px beside"},
+      {"lens_of_another_camera", table, lensOfAnother,
+       "distortion|lens|focal length|principal point"},
       {"upright", both, upright, ""},
       {"upright_lying_intrinsics", both, turnUpright, LENS},
       {"intrinsics_of_another_size", table, otherSize, "intrinsics .*are for 320x240"},
