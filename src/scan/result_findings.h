@@ -2,19 +2,24 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #pragma once
 
-#include "scan/camera_fixed.h"
+#include "scan/staying_pixels.h"
 
 #include <bundle_icp/reconstruction.h>
 
 namespace bundle_icp {
 
-/** What moves with the camera and is therefore left out. */
+/** What moves with the camera, or before one that stands still, and is therefore left out or what
+ *  is wanted. */
 std::vector<Finding>
-cameraFixedFindings(const CameraFixed& fixed);
+stayingFindings(const StayingPixels& staying, MovingPart moving);
 
 /** What moves through the scene, which the surface leaves out. */
 std::vector<Finding>
 movingFindings(const std::vector<FrameReport>& frames);
+
+/** That the camera hardly moves, from the final poses of the largest component; with a graph only. */
+std::vector<Finding>
+stillCameraFindings(const ReconstructionResult& result);
 
 /** How far and how large the scene is: what shows a wrong unit at a glance. */
 std::vector<Finding>
