@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 namespace bundle_icp {
@@ -40,6 +41,8 @@ constexpr float SAME_GRAY = 5;
 constexpr std::size_t SELDOM_SEEN = 3;
 /** Share of these frames that must agree on its grey level. */
 constexpr double SURROUNDINGS = 0.5;
+/** Share of what moves that lies no farther than the rest: mixed depth at edges lies anywhere. */
+constexpr double NEARLY_ALL = 0.98;
 /** Frames from which the surroundings of a camera that stands still are found. */
 constexpr std::size_t STILL_SAMPLES = 64;
 
@@ -224,6 +227,8 @@ private:
   farthest(int y, int x) const;
   void
   findSurroundings(StayingPixels& found);
+  float
+  farthestMoving(const StayingPixels& found) const;
   void
   findMovingShare(StayingPixels& found) const;
 
@@ -323,9 +328,31 @@ StayingPixelFinder::findSurroundings(StayingPixels& found)
   found.share_of_surroundings = stays / std::max(1.0, measured);
 }
 
+/** How far away things are that were seen before the surroundings. */
+float
+StayingPixelFinder::farthestMoving(const StayingPixels& found) const
+{
+  std::vector<float> depths;
+  for (const Sample& sample : samples_) {
+    const cv::Mat moves = found.movingCells(sample.depth, sample.gray);
+    for (int y = 0; y < moves.rows; ++y)
+      for (int x = 0; x < moves.cols; ++x) {
+        const float z = sample.depth.at<float>(y, x), behind = found.depth_.at<float>(y, x);
+        if (moves.at<uchar>(y, x) && z > 0 && z < behind && !isSame(z, behind, noise_))
+          depths.push_back(z);
+      }
+  }
+  if (depths.empty())
+    return std::numeric_limits<float>::infinity();
+  const auto last = depths.begin() + std::ptrdiff_t(NEARLY_ALL * double(depths.size() - 1));
+  std::nth_element(depths.begin(), last, depths.end());
+  return *last;
+}
+
 void
 StayingPixelFinder::findMovingShare(StayingPixels& found) const
 {
+  found.farthest_ = farthestMoving(found);
   for (const Sample& sample : samples_) {
     const double share = double(cv::countNonZero(found.movingCells(sample.depth, sample.gray))) /
                          double(sample.depth.total());
@@ -347,7 +374,8 @@ StayingPixels::movingCells(const cv::Mat& depth, const cv::Mat& gray) const
       const bool is_same =
           is_known && std::abs(gray.at<float>(y, x) / gain - gray_.at<float>(y, x)) < SAME_GRAY &&
           (!(z > 0) || !(behind > 0) || isSame(z, behind, noise_));
-      moves.at<uchar>(y, x) = is_same ? 0 : 255;
+      const bool is_beyond = z > farthest_ && !isSame(z, farthest_, noise_);
+      moves.at<uchar>(y, x) = is_same || is_beyond ? 0 : 255;
     }
   // Single cells are chance, and what is small beside the largest region: edges in a blurred frame.
   // What moves and looks like what it hides leaves holes.

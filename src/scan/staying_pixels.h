@@ -6,6 +6,8 @@
 
 #include <opencv2/core.hpp>
 
+#include <limits>
+
 namespace bundle_icp {
 
 /** What stays in the image while other things move: a part that is fixed to a moving camera, or the
@@ -47,6 +49,8 @@ private:
 
   DepthNoise noise_;
   cv::Mat depth_, gray_; ///< of the surroundings, in cells; 0 = unknown
+  /** Depth beyond which nothing moves: surroundings that are hidden most of the time [m]. */
+  float farthest_ = std::numeric_limits<float>::infinity();
 };
 
 /** Finds pixels that stay. A part of the camera is a region of constant depth that ends at an edge
