@@ -31,7 +31,7 @@ namespace {
 constexpr int DOUBTFUL_RESULT = 3;
 
 struct Arguments {
-  std::string scan, output, method, matching, solver, device = "auto";
+  std::string scan, output, method, matching, moving, solver, device = "auto";
   DatasetOptions dataset;
   CalibrationArguments calibration;
   ReconstructionOptions reconstruction;
@@ -140,6 +140,10 @@ describe(Arguments& arguments)
                "(structure from motion with measured depth, no ICP), visual_icp (frame-to-model "
                "tracking that starts from matched features), f2m_icp (depth alone, as "
                "KinectFusion)");
+  add_compared("moving", po::value(&arguments.moving)->value_name("PART")->default_value("camera"),
+               "what moves, and what poses and surface are those of: camera, or object: a thing "
+               "before a camera that stands still, on a turntable or in hands; then the "
+               "surroundings are left out, and poses are relative to the thing");
   add_compared("max-features",
                po::value(&options.features.max_features)
                    ->value_name("N")
@@ -204,6 +208,10 @@ applyValues(const po::variables_map& values, Arguments& arguments)
     throw UsageError("--method " + arguments.method +
                      ": known are bundle_icp, rgbd_sfm, visual_icp and f2m_icp");
   arguments.reconstruction.method = *method;
+  if (arguments.moving != "camera" && arguments.moving != "object")
+    throw UsageError("--moving " + arguments.moving + ": known are camera and object");
+  if (arguments.moving == "object")
+    arguments.reconstruction.moving = MovingPart::OBJECT;
   const auto matching = parseMatchingBackend(arguments.matching);
   if (!matching)
     throw UsageError("--matching " + arguments.matching + ": known are exact and kdtree");

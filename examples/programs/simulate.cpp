@@ -23,7 +23,8 @@ struct Arguments {
   std::string folder, size = "640x480";
   SyntheticScanOptions scan;
   SyntheticScanWriteOptions write;
-  bool is_noisy = false, is_quiet = false, gripper = false, person = false;
+  bool is_noisy = false, is_quiet = false;
+  bool gripper = false, person = false, still = false, turntable = false;
 };
 
 /** An option with its unit and the default that `target` holds. */
@@ -66,6 +67,11 @@ describeScan(Arguments& arguments)
   add("gripper", po::bool_switch(&arguments.gripper),
       "a robot's gripper, fixed to the camera, in the lower third of the image");
   add("person", po::bool_switch(&arguments.person), "a person who walks around the table");
+  add("still", po::bool_switch(&arguments.still),
+      "the camera stays where the path starts, as on a tripod");
+  add("turntable", po::bool_switch(&arguments.turntable),
+      "a camera that stands still, and before it things on a turntable, which turns by 30 degrees "
+      "a second; groundtruth.txt and surface.ply are those of the things");
   add("surface-spacing", valueOf(arguments.write.surface_spacing, "M"),
       "distance of the points in surface.ply [m]; 0 = no such file");
   add("threads", valueOf(arguments.write.num_threads, "N"), "threads, 0 = all");
@@ -150,6 +156,8 @@ parse(int argc, char** argv)
   po::notify(values);
   arguments.scan.gripper = arguments.gripper;
   arguments.scan.person = arguments.person;
+  arguments.scan.still = arguments.still;
+  arguments.scan.turntable = arguments.turntable;
   if (arguments.folder.empty())
     throw UsageError("expected a folder OUT");
   parseSize(arguments.size, arguments.scan);

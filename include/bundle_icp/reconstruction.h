@@ -41,10 +41,18 @@ toString(ReconstructionMethod method);
 BUNDLE_ICP_EXPORT std::optional<ReconstructionMethod>
 parseReconstructionMethod(const std::string& name);
 
+/** What moves in a recording, and what the poses and the surface are those of. */
+enum class MovingPart {
+  CAMERA, ///< the camera; what else moves is left out
+  OBJECT  ///< a thing before a camera that stands still, on a turntable or in hands: the
+          ///< surroundings are left out, and poses are those of the camera relative to the thing
+};
+
 /** How reconstruct() works: the options of its steps. */
 struct BUNDLE_ICP_EXPORT ReconstructionOptions {
   /** F2M_ICP and VISUAL_ICP need frames in time order; the other methods take any order. */
   ReconstructionMethod method = ReconstructionMethod::BUNDLE_ICP;
+  MovingPart moving = MovingPart::CAMERA; ///< OBJECT: not with F2M_ICP
   FeatureOptions features;
   ImageGraphOptions graph;
   MapperOptions mapper; ///< schedule.ordered_in_time is taken from the dataset; RGBD_SFM ignores
@@ -87,7 +95,9 @@ BUNDLE_ICP_EXPORT const char*
 toString(ReconstructionStatus status);
 
 /** Outcome of one frame of the recording: its final pose, and what supported the pose when it was
- *  registered. */
+ *  registered. With BUNDLE_ICP and RGBD_SFM, covariance and deviations are those of the final pose
+ *  relative to the earliest frame of its component, whose camera is the world: from all evidence of
+ *  the last adjustment and the motion prior, with points and calibration unknown. */
 struct FrameReport : FrameRegistration {
   std::size_t id = 0;   ///< RGBDFrame::id
   double timestamp = 0; ///< [s]
@@ -146,7 +156,8 @@ struct ReconstructionResult {
 class BUNDLE_ICP_EXPORT PreparedScan {
 public:
   /** \param dataset has to outlive the scan
-   *  \param options only features, graph, depth_reduction, virtual depth and threads have an effect
+   *  \param options only moving, features, graph, depth_reduction, virtual depth and threads have
+   *  an effect
    *  \throws pcl::BadArgumentException for invalid options or an empty dataset. */
   PreparedScan(const RGBDDataset& dataset, const ReconstructionOptions& options);
   ~PreparedScan();

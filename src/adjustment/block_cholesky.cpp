@@ -198,6 +198,36 @@ BlockCholesky<SIZE>::solve(const Eigen::MatrixXd& right) const
   return result;
 }
 
+/** The inverse is that of L times its transpose: columns of the inverse of L suffice, which begin at
+ *  the diagonal. */
+template <int SIZE>
+Eigen::Matrix<double, SIZE, SIZE>
+BlockCholesky<SIZE>::inverseBlock(std::size_t column) const
+{
+  using Square = Eigen::Matrix<double, SIZE, SIZE>;
+  const auto begin = std::size_t(position_[column]), end = position_.size();
+  std::vector<Square> x(end - begin, Square::Zero());
+  std::vector<char> is_filled(x.size(), 0);
+  x.front().setIdentity();
+  is_filled.front() = 1;
+  Square result = Square::Zero();
+  for (std::size_t c = begin; c < end; ++c) {
+    if (!is_filled[c - begin])
+      continue;
+    Square& own = x[c - begin];
+    const std::size_t diagonal = structure_.first[c];
+    blocks_[diagonal].template topRows<SIZE>().template triangularView<Eigen::Lower>().solveInPlace(
+        own);
+    result.noalias() += own.transpose() * own;
+    for (std::size_t k = diagonal + 1; k < structure_.first[c + 1]; ++k) {
+      const std::size_t row = std::size_t(structure_.rows[k]) - begin;
+      x[row].noalias() -= blocks_[k].template topRows<SIZE>() * own;
+      is_filled[row] = 1;
+    }
+  }
+  return result;
+}
+
 template void
 subtractProducts<6, 3>(const double*, const double* const*, double* const*, std::size_t);
 template void

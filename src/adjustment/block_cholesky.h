@@ -61,6 +61,10 @@ public:
   Eigen::MatrixXd
   solve(const Eigen::MatrixXd& right) const;
 
+  /** The block on the diagonal of the matrix's inverse, for a block column of the matrix. */
+  Eigen::Matrix<double, SIZE, SIZE>
+  inverseBlock(std::size_t column) const;
+
 private:
   /** Place of a block of the matrix in L. */
   struct Target {

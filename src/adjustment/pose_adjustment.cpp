@@ -177,6 +177,20 @@ largestDeviation(const Eigen::Matrix3d& covariance)
   return largest >= 0 ? std::sqrt(largest) : std::numeric_limits<double>::infinity();
 }
 
+Matrix6d
+worldByMotion(const Pose& world_from_camera)
+{
+  // A motion (w, v) of camera_from_world = (R, t) turns the camera by -R' w and moves it by
+  // -R' (v + t x w).
+  Matrix6d world_by_motion = Matrix6d::Zero();
+  const Eigen::Matrix3d axes = world_from_camera.linear();
+  world_by_motion.topLeftCorner<3, 3>() = -axes;
+  world_by_motion.bottomRightCorner<3, 3>() = -axes;
+  world_by_motion.bottomLeftCorner<3, 3>() =
+      -axes * crossMatrix(world_from_camera.inverse().translation());
+  return world_by_motion;
+}
+
 PoseEstimate
 adjustPose(const ImageGraph& graph, const SparseModel& model, std::size_t frame,
            const std::vector<PointObservation>& observations, const DensePoseTerm& dense,
@@ -188,14 +202,7 @@ adjustPose(const ImageGraph& graph, const SparseModel& model, std::size_t frame,
   PoseState state{PoseBlock(start.world_from_camera), start.depth_error};
   minimise(problem, MAX_ITERATIONS, FUNCTION_TOLERANCE, state);
   PoseEstimate result{state.pose.worldFromCamera(), state.depth_error};
-  // A motion (w, v) of camera_from_world = (R, t) turns the camera by -R' w and moves it by
-  // -R' (v + t x w).
-  Matrix6d world_by_motion = Matrix6d::Zero();
-  const Eigen::Matrix3d axes = result.world_from_camera.linear();
-  world_by_motion.topLeftCorner<3, 3>() = -axes;
-  world_by_motion.bottomRightCorner<3, 3>() = -axes;
-  world_by_motion.bottomLeftCorner<3, 3>() =
-      -axes * crossMatrix(result.world_from_camera.inverse().translation());
+  const Matrix6d world_by_motion = worldByMotion(result.world_from_camera);
   Matrix information = problem.information();
   information.diagonal().head<6>().array() += PRIOR_INFORMATION;
   const Matrix inverse = information.ldlt().solve(Matrix::Identity());

@@ -31,6 +31,10 @@ constexpr double PRIOR_INFORMATION = 1;
 double
 largestDeviation(const Eigen::Matrix3d& covariance);
 
+/** How a motion of a PoseBlock turns [rad] and moves [m] the camera along the axes of the world. */
+Matrix6d
+worldByMotion(const Pose& world_from_camera);
+
 /** The pose of one frame given the points that it sees: the same residuals and loss as
  *  adjustBundle(), with points and calibration held. Isotropic 3D-3D distances, as
  *  in Algorithm 1, line 2, give away that pixels are known far better than depth.

@@ -332,6 +332,29 @@ ReducedSystem<SIZE>::calibrationCovariance()
   return border_.solve(Eigen::MatrixXd::Identity(m, m));
 }
 
+template <int SIZE>
+std::vector<Matrix6d>
+ReducedSystem<SIZE>::poseCovariances()
+{
+  std::vector<Matrix6d> result(numFrames(), Matrix6d::Zero());
+  const bool is_regular = factorise();
+  parallelFor(numFrames(), num_threads_, {}, [&](std::size_t i) {
+    if (!terms_.frames[i].pose_moves)
+      return;
+    if (!is_regular) {
+      result[i].diagonal().setConstant(std::numeric_limits<double>::infinity());
+      return;
+    }
+    result[i] = frames_.inverseBlock(i).template topLeftCorner<6, 6>();
+    if (numCalibrated() == 0)
+      return;
+    const Eigen::MatrixXd by_calibration =
+        solved_.block(SIZE * Eigen::Index(i), 0, 6, numCalibrated());
+    result[i] += by_calibration * border_.solve(by_calibration.transpose());
+  });
+  return result;
+}
+
 template class ReducedSystem<6>;
 template class ReducedSystem<9>;
 

@@ -41,6 +41,11 @@ public:
   Eigen::MatrixXd
   calibrationCovariance();
 
+  /** Covariance of each moving frame's motion, with everything else unknown; of a pose that does
+   *  not move it is 0. */
+  std::vector<Matrix6d>
+  poseCovariances();
+
 private:
   using Block = PaddedBlock<SIZE>;
   using Square = Eigen::Matrix<double, SIZE, SIZE>;

@@ -5,6 +5,7 @@
 #include "common/parallel.h"
 #include "mapping/frame_motions.h"
 #include "mapping/guided_matching.h"
+#include "refinement/still_camera.h"
 #include "refinement/trajectory_smoothing.h"
 
 #include <algorithm>
@@ -86,7 +87,7 @@ ComponentAdjuster::calibrate(SparseModel& model, int component)
     return;
   adjustInBetween(model, component);
   findMotions(model, component);
-  if (!tests)
+  if (!tests || findStillCamera(graph_, model, component))
     return;
   SelfCalibrationOptions test = options_.refinement.calibration_test;
   test.num_threads = options_.num_threads;
@@ -109,6 +110,18 @@ ComponentAdjuster::keyFrames(const SparseModel& model, int component) const
   return keys;
 }
 
+/** The adjustment of all key frames, without dense terms. */
+BundleAdjustmentProblem
+ComponentAdjuster::problem(const SparseModel& model, int component) const
+{
+  BundleAdjustmentProblem problem;
+  problem.variable = keyFrames(model, component);
+  problem.depth_errors = self_calibration_.depth_errors;
+  if (component == calibrated_component_)
+    problem.calibrated = self_calibration_.calibrated;
+  return problem;
+}
+
 void
 ComponentAdjuster::adjustInBetween(SparseModel& model, int component)
 {
@@ -126,12 +139,8 @@ ComponentAdjuster::adjustFinally(SparseModel& model, int component)
 void
 ComponentAdjuster::adjust(SparseModel& model, int component, int max_iterations, bool dense)
 {
-  BundleAdjustmentProblem problem;
-  problem.variable = keyFrames(model, component);
+  BundleAdjustmentProblem problem = this->problem(model, component);
   BundleAdjustmentOptions options = options_.adjustment;
-  problem.depth_errors = self_calibration_.depth_errors;
-  if (component == calibrated_component_)
-    problem.calibrated = self_calibration_.calibrated;
   const int rounds = !options_.schedule.global_adjustment ? 0 : dense ? FINAL_ROUNDS : 1;
   dense_terms_.clear();
   for (int round = 0; round < rounds; ++round) {
@@ -152,28 +161,47 @@ ComponentAdjuster::adjust(SparseModel& model, int component, int max_iterations,
   }
 }
 
+/** The frames of a component in the order of time, and how well each is known by itself. */
+std::vector<FinalPose>
+ComponentAdjuster::finalPoses(const SparseModel& model, int component,
+                              const std::vector<std::optional<Matrix6d>>& own) const
+{
+  std::vector<FinalPose> poses;
+  for (const std::size_t frame : byTime(graph_, model.registeredFrames(component)))
+    poses.push_back({frame, !own[frame]});
+  parallelFor(poses.size(), options_.num_threads, {}, [&](std::size_t k) {
+    const std::size_t frame = poses[k].frame;
+    poses[k].own = own[frame] ? *own[frame] : registrar_.poseCovariance(model, frame, dense_terms_);
+  });
+  return poses;
+}
+
 /** Each frame was registered on its own, and the errors of neighbours in time are independent;
  *  the motion between them is not. */
-void
+FinalCovariances
 ComponentAdjuster::applyMotionPrior(SparseModel& model, int component,
-                                    const std::vector<std::optional<Matrix6d>>& covariances) const
+                                    const std::vector<std::optional<Matrix6d>>& own) const
 {
-  if (!options_.refinement.motion_prior || !options_.schedule.ordered_in_time)
-    return;
-  const std::vector<std::size_t> frames = byTime(graph_, model.registeredFrames(component));
-  if (frames.size() < MIN_FOR_MOTION_PRIOR)
-    return;
-  std::vector<PoseMeasurement> measurements(frames.size());
-  parallelFor(frames.size(), options_.num_threads, {}, [&](std::size_t k) {
-    const std::optional<Matrix6d>& covariance = covariances[frames[k]];
-    measurements[k].time = graph_.timestamp(frames[k]);
-    measurements[k].world_from_camera = model.worldFromCamera(frames[k]);
-    measurements[k].covariance =
-        covariance ? *covariance : registrar_.poseCovariance(model, frames[k], dense_terms_);
-  });
-  const std::vector<Pose> poses = smoothTrajectory(measurements, estimateMotionPrior(measurements));
-  for (std::size_t k = 0; k < frames.size(); ++k)
-    model.setWorldFromCamera(frames[k], poses[k]);
+  std::vector<FinalPose> finals = finalPoses(model, component, own);
+  BundleAdjustmentProblem evidence = problem(model, component);
+  evidence.relative_poses = dense_terms_;
+  const SparseModel adjusted = model;
+  if (options_.refinement.motion_prior && options_.schedule.ordered_in_time &&
+      finals.size() >= MIN_FOR_MOTION_PRIOR) {
+    std::vector<PoseMeasurement> measurements(finals.size());
+    for (std::size_t k = 0; k < finals.size(); ++k) {
+      measurements[k].time = graph_.timestamp(finals[k].frame);
+      measurements[k].world_from_camera = model.worldFromCamera(finals[k].frame);
+      measurements[k].covariance = finals[k].own;
+    }
+    const std::vector<PoseEstimate> poses =
+        smoothTrajectory(measurements, estimateMotionPrior(measurements));
+    for (std::size_t k = 0; k < finals.size(); ++k) {
+      model.setWorldFromCamera(finals[k].frame, poses[k].world_from_camera);
+      finals[k].change = poses[k].covariance - finals[k].own;
+    }
+  }
+  return finalCovariances(graph_, adjusted, evidence, options_.adjustment, finals);
 }
 
 void

@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #pragma once
 
+#include "mapping/final_covariances.h"
 #include "registration/frame_registrar.h"
 
 #include <bundle_icp/mapping/incremental_mapper.h>
@@ -38,12 +39,13 @@ public:
   void
   adjustFinally(SparseModel& model, int component);
 
-  /** Moves the frames of a component to their most likely poses under the motion prior. \param
-   *  covariances by frame, of poses that were found one by one; unset for poses that were adjusted
-   *  together */
-  void
+  /** Moves the frames of a component to their most likely poses under the motion prior.
+   *  \param own covariances by frame, of poses that were found one by one, given the model; unset
+   *  for poses that were adjusted together
+   *  \return how well the final poses are known */
+  FinalCovariances
   applyMotionPrior(SparseModel& model, int component,
-                   const std::vector<std::optional<Matrix6d>>& covariances) const;
+                   const std::vector<std::optional<Matrix6d>>& own) const;
 
   /** Corrections that were tested, and those that were applied. */
   const SelfCalibrationResult&
@@ -55,6 +57,11 @@ public:
 private:
   std::vector<std::size_t>
   keyFrames(const SparseModel& model, int component) const;
+  BundleAdjustmentProblem
+  problem(const SparseModel& model, int component) const;
+  std::vector<FinalPose>
+  finalPoses(const SparseModel& model, int component,
+             const std::vector<std::optional<Matrix6d>>& own) const;
   void
   findMotions(SparseModel& model, int component) const;
   void

@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include <bundle_icp/mapping/incremental_mapper.h>
 
+#include "adjustment/pose_adjustment.h"
 #include "common/parallel.h"
 #include "mapping/component_adjustment.h"
 #include "mapping/registration_by_time.h"
@@ -151,7 +152,13 @@ IncrementalMapper::Impl::registerComponents(SparseModel& model)
       if (registration.registered)
         covariances_[frame] = registration.covariance;
     }
-    adjuster_.applyMotionPrior(model, component, covariances_);
+    for (const auto& [frame, covariance] :
+         adjuster_.applyMotionPrior(model, component, covariances_)) {
+      FrameRegistration& registration = registrations_[frame];
+      registration.covariance = covariance;
+      registration.rotation_deviation = largestDeviation(covariance.topLeftCorner<3, 3>());
+      registration.position_deviation = largestDeviation(covariance.bottomRightCorner<3, 3>());
+    }
   }
   return true;
 }

@@ -135,6 +135,10 @@ smooth(std::vector<Step>& steps)
     error << difference(next.state.pose, next.predicted.pose),
         next.state.velocity - next.predicted.velocity;
     steps[k].state.move(gain * error);
+    const StateMatrix covariance =
+        steps[k].covariance +
+        gain * (next.covariance - next.predicted_covariance) * gain.transpose();
+    steps[k].covariance = 0.5 * (covariance + covariance.transpose());
   }
 }
 
@@ -191,7 +195,7 @@ estimateMotionPrior(const std::vector<PoseMeasurement>& measurements)
   return prior;
 }
 
-std::vector<Pose>
+std::vector<PoseEstimate>
 smoothTrajectory(const std::vector<PoseMeasurement>& measurements, const MotionPrior& prior)
 {
   std::vector<Step> steps;
@@ -206,9 +210,10 @@ smoothTrajectory(const std::vector<PoseMeasurement>& measurements, const MotionP
       weights[k] = 1 / (1 + squared / (LOSS_SCALE * LOSS_SCALE));
     }
   }
-  std::vector<Pose> poses;
-  for (const Step& step : steps)
-    poses.push_back(step.state.pose);
+  std::vector<PoseEstimate> poses;
+  for (std::size_t k = 0; k < steps.size(); ++k)
+    poses.push_back({steps[k].state.pose, measurements[k].depth_error,
+                     steps[k].covariance.topLeftCorner<6, 6>()});
   return poses;
 }
 

@@ -6,19 +6,23 @@
 
 #include <opencv2/core.hpp>
 
+#include <functional>
+#include <utility>
+
 namespace bundle_icp {
 
-/** A dataset that is seen through a mask: pixels under it have no depth. Refers to the dataset,
- *  which must outlive it. */
+/** A dataset that is seen through masks: pixels under them have no depth, and therefore no features.
+ *  Refers to the dataset, which must outlive it. */
 class MaskedDataset : public RGBDDataset {
 public:
   explicit MaskedDataset(const RGBDDataset& dataset) : dataset_(dataset) {}
 
-  /** \param mask CV_8UC1 of the size of the frames, or nothing. No other thread may read. */
+  /** \param mask gives that of a frame: CV_8UC1 of its size, or nothing; several threads call it
+   *  at once. No other thread may read meanwhile. */
   void
-  setMask(const cv::Mat& mask)
+  setMask(std::function<cv::Mat(const RGBDFrame&)> mask)
   {
-    mask_ = mask;
+    mask_ = std::move(mask);
   }
 
   std::size_t
@@ -55,9 +59,10 @@ public:
   read(std::size_t index) const override
   {
     RGBDFrame frame = dataset_.read(index);
-    if (!mask_.empty() && mask_.size() == frame.depth.size()) {
+    const cv::Mat mask = mask_ ? mask_(frame) : cv::Mat();
+    if (!mask.empty() && mask.size() == frame.depth.size()) {
       frame.depth = frame.depth.clone(); // the dataset may hold it
-      frame.depth.setTo(0, mask_);
+      frame.depth.setTo(0, mask);
     }
     return frame;
   }
@@ -100,7 +105,7 @@ public:
 
 private:
   const RGBDDataset& dataset_;
-  cv::Mat mask_;
+  std::function<cv::Mat(const RGBDFrame&)> mask_;
 };
 
 } // namespace bundle_icp

@@ -103,11 +103,23 @@ PreparedScan::Impl::needGraph(const ProgressCallback& progress, Timing& timing)
   return runOnce("matching", graph_stage_, timing, [&] { return buildGraph(progress); });
 }
 
+/** Whatever does not move as the wanted part does loses its depth. */
+void
+PreparedScan::Impl::findStaying()
+{
+  staying_ = findStayingPixels(dataset_, options_.num_threads);
+  if (!staying_.cameraStandsStill())
+    dataset_.setMask([this](const RGBDFrame&) { return staying_.camera_fixed; });
+  else if (options_.moving == MovingPart::OBJECT)
+    dataset_.setMask([this](const RGBDFrame& frame) { return staying_.surroundingsIn(frame); });
+  else if (staying_.moving_frames > 0)
+    dataset_.setMask([this](const RGBDFrame& frame) { return staying_.movingIn(frame); });
+}
+
 bool
 PreparedScan::Impl::extractAll(const ProgressCallback& progress)
 {
-  camera_fixed_ = findCameraFixed(dataset_, options_.num_threads);
-  dataset_.setMask(camera_fixed_.mask);
+  findStaying();
   depth_views_.resize(dataset_.size());
   nodes_.resize(dataset_.size());
   const LoopProgress report{"features", progress};

@@ -2,9 +2,9 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #pragma once
 
-#include "scan/camera_fixed.h"
 #include "scan/depth_view_store.h"
 #include "scan/masked_dataset.h"
+#include "scan/staying_pixels.h"
 
 #include <bundle_icp/reconstruction.h>
 
@@ -45,11 +45,11 @@ public:
     return frames_;
   }
 
-  /** After needFeatures(): what moves with the camera, and is left out. */
-  const CameraFixed&
-  cameraFixed() const
+  /** After needFeatures(): what stays in the image while other things move. */
+  const StayingPixels&
+  staying() const
   {
-    return camera_fixed_;
+    return staying_;
   }
 
   /** After needFeatures() and before releaseDescriptors(). */
@@ -93,6 +93,8 @@ private:
   template <class Body>
   bool
   runOnce(const char* name, Stage& stage, Timing& timing, const Body& body);
+  void
+  findStaying();
   bool
   extractAll(const ProgressCallback& progress);
   bool
@@ -105,7 +107,7 @@ private:
   std::vector<std::size_t> frame_of_node_, node_of_frame_;
   std::shared_ptr<ImageGraph> graph_;
   DepthViewStore depth_views_;
-  CameraFixed camera_fixed_;
+  StayingPixels staying_;
   std::vector<Finding> check_findings_;
   Stage check_stage_, features_stage_, graph_stage_;
 };

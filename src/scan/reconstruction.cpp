@@ -31,6 +31,8 @@ mapperOptions(const ReconstructionOptions& options, bool ordered_in_time)
   MapperOptions mapper = options.mapper;
   mapper.schedule.ordered_in_time = ordered_in_time;
   mapper.refinement.self_calibration &= options.method == ReconstructionMethod::BUNDLE_ICP;
+  // A thing fills a small part of the image at one distance: what fits it need not fit the camera.
+  mapper.refinement.calibration_test.camera &= options.moving == MovingPart::CAMERA;
   if (options.method == ReconstructionMethod::RGBD_SFM) {
     mapper.registration.method = FrameRegistrationMethod::PNP;
     mapper.registration.visual_start = true;
@@ -135,8 +137,8 @@ Reconstruction::prepare()
       (scan_.needFeatures(progress_, result_.timing_s) &&
        (isTracking(options_.method) || scan_.needGraph(progress_, result_.timing_s)));
   result_.frames = scan_.frames();
-  const std::vector<Finding> fixed = cameraFixedFindings(scan_.cameraFixed());
-  result_.findings.insert(result_.findings.end(), fixed.begin(), fixed.end());
+  const std::vector<Finding> staying = stayingFindings(scan_.staying(), options_.moving);
+  result_.findings.insert(result_.findings.end(), staying.begin(), staying.end());
   return completed;
 }
 
@@ -319,6 +321,7 @@ Reconstruction::verify()
   add(calibrationFindings(result_.self_calibration, result_.model.calibration(),
                           scan_.dataset().camera()));
   add(timeOffsetFindings(result_, has_times));
+  add(stillCameraFindings(result_));
   add(movingFindings(result_.frames));
   add(sceneFindings(result_));
 }

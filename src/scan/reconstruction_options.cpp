@@ -57,6 +57,8 @@ ReconstructionOptions::isValid(std::string* error) const
     reason = "depth_reduction must lie in 1 ... 8";
   else if (num_threads < 0)
     reason = "num_threads must be >= 0";
+  else if (moving == MovingPart::OBJECT && method == ReconstructionMethod::F2M_ICP)
+    reason = "moving: f2m_icp cannot track an object before a camera that stands still";
   else if (make_mesh && mesh_formats.empty())
     reason = "mesh_formats is empty";
   else if (const std::string unknown = unknownFormat(mesh_formats); !unknown.empty())

@@ -94,6 +94,7 @@ Json
 toJson(const ReconstructionOptions& options, const DepthNoise& noise)
 {
   Json json{{"method", toString(options.method)},
+            {"moving", options.moving == MovingPart::OBJECT ? "object" : "camera"},
             {"sensor", toJson(noise)},
             {"max_features", options.features.max_features},
             {"matching", toString(options.graph.matching.backend)},

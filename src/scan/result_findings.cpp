@@ -3,6 +3,7 @@
 #include "scan/result_findings.h"
 
 #include "refinement/format_text.h"
+#include "refinement/still_camera.h"
 
 #include <algorithm>
 #include <cmath>
@@ -17,6 +18,9 @@ quantile(std::vector<double>& values, double share)
   std::nth_element(values.begin(), place, values.end());
   return *place;
 }
+
+/** What moves in more of the frames does not pass by chance. */
+constexpr double MOST_FRAMES = 0.5;
 
 /** Of the features of frames with a pose [m]. */
 std::vector<double>
@@ -33,20 +37,57 @@ featureDepths(const ReconstructionResult& result)
 
 } // namespace
 
-std::vector<Finding>
-cameraFixedFindings(const CameraFixed& fixed)
+namespace {
+
+Finding
+cameraFixedFinding(const cv::Mat& mask)
 {
-  if (fixed.mask.empty())
-    return {};
-  const double share = double(cv::countNonZero(fixed.mask)) / double(fixed.mask.total());
-  return {
-      {Severity::WARNING,
-       "moves_with_camera",
-       formatText("%.0f %% of the image moves with the camera (a gripper, a hand, a part of the "
-                  "mount): its depth is left out of poses and surface",
-                  100 * share),
-       {{"share_of_image", share}},
-       ""}};
+  const double share = double(cv::countNonZero(mask)) / double(mask.total());
+  return {Severity::WARNING,
+          "moves_with_camera",
+          formatText("%.0f %% of the image moves with the camera (a gripper, a hand, a part of the "
+                     "mount): its depth is left out of poses and surface",
+                     100 * share),
+          {{"share_of_image", share}},
+          ""};
+}
+
+} // namespace
+
+std::vector<Finding>
+stayingFindings(const StayingPixels& staying, MovingPart moving)
+{
+  std::vector<Finding> findings;
+  const std::vector<std::pair<std::string, double>> evidence{
+      {"share_that_stays", staying.share_of_surroundings},
+      {"share_of_image_that_moves", staying.moving_share},
+      {"share_of_frames", staying.moving_frames}};
+  const bool is_wanted = moving == MovingPart::OBJECT;
+  if (!staying.camera_fixed.empty())
+    findings.push_back(cameraFixedFinding(staying.camera_fixed));
+  if (is_wanted && !staying.cameraStandsStill())
+    findings.push_back(
+        {Severity::FAULT, "moving_object",
+         formatText("the camera does not stand still: only %.0f %% of the image stays as it is; "
+                    "poses and surface are those of the surroundings",
+                    100 * staying.share_of_surroundings),
+         evidence, "without --moving object"});
+  else if (is_wanted)
+    findings.push_back(
+        {Severity::NOTE, "moving_object",
+         formatText("poses and surface are those of the thing that moves before the camera, in "
+                    "%.0f %% of the image; the surroundings are left out",
+                    100 * staying.moving_share),
+         evidence, ""});
+  else if (staying.moving_frames > MOST_FRAMES)
+    findings.push_back(
+        {Severity::WARNING, "moving_object",
+         formatText("the camera stands still, and something else moves in %.0f %% of the frames, "
+                    "in %.0f %% of the image: it is left out of poses and surface",
+                    100 * staying.moving_frames, 100 * staying.moving_share),
+         evidence,
+         "if it is the thing that is wanted, on a turntable or in hands: --moving object"});
+  return findings;
 }
 
 std::vector<Finding>
@@ -92,6 +133,25 @@ timeOffsetFindings(const ReconstructionResult& result, bool has_times)
                (offset > 0 ? " after" : " before") + " its colour image",
            {{"time_offset_s", offset}, {"time_offset_frames", frames}},
            "pair the images by time; check the clocks of the two streams"}};
+}
+
+std::vector<Finding>
+stillCameraFindings(const ReconstructionResult& result)
+{
+  const auto still = findStillCamera(*result.graph, result.model, 0);
+  if (!still)
+    return {};
+  const double millimetres = 1000 * still->distance, degrees = still->angle * 180 / M_PI;
+  return {
+      {Severity::NOTE,
+       "still_camera",
+       formatText("the camera hardly moves: %zu frames lie within %.1f mm and %.2f degrees; the "
+                  "surface shows one side only, and the calibration is not tested",
+                  still->frames, millimetres, degrees),
+       {{"frames", double(still->frames)},
+        {"distance_m", still->distance},
+        {"angle_degrees", degrees}},
+       ""}};
 }
 
 std::vector<Finding>

@@ -2,15 +2,16 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #pragma once
 
-#include "scan/camera_fixed.h"
+#include "scan/staying_pixels.h"
 
 #include <bundle_icp/reconstruction.h>
 
 namespace bundle_icp {
 
-/** What moves with the camera and is therefore left out. */
+/** What moves with the camera, or before one that stands still, and is therefore left out or what
+ *  is wanted. */
 std::vector<Finding>
-cameraFixedFindings(const CameraFixed& fixed);
+stayingFindings(const StayingPixels& staying, MovingPart moving);
 
 /** What moves through the scene, which the surface leaves out. */
 std::vector<Finding>
@@ -20,6 +21,10 @@ movingFindings(const std::vector<FrameReport>& frames);
  *  \param has_times whether the stamps are times; if not, frames are the unit of time */
 std::vector<Finding>
 timeOffsetFindings(const ReconstructionResult& result, bool has_times);
+
+/** That the camera hardly moves, from the final poses of the largest component; with a graph only. */
+std::vector<Finding>
+stillCameraFindings(const ReconstructionResult& result);
 
 /** How far and how large the scene is: what shows a wrong unit at a glance. */
 std::vector<Finding>

@@ -84,7 +84,32 @@ personAt(double time, double start_angle)
 
 } // namespace
 
-MovingThings::MovingThings(const SyntheticScanOptions& options)
+Scene
+turntableScene(const SyntheticScanOptions& options)
+{
+  Scene scene(options.texture);
+  cv::RNG random(options.seed * 2 + 0x707);
+  addCylinder(scene, random, {0, 0, -0.01}, 0.18, 0.02);
+  addCylinder(scene, random, {0, 0, -1.02}, 0.03, 2);
+  addBox(scene, random, {0.07, 0.03, 0.08}, {0.08, 0.12, 0.16});
+  addCylinder(scene, random, {-0.08, 0.05, 0.1}, 0.035, 0.2);
+  addSphere(scene, random, {-0.02, -0.09, 0.05}, 0.05);
+  return scene;
+}
+
+Pose
+roomFromTurntable(const Pose& room_from_camera, double time)
+{
+  constexpr double distance = 0.75, speed = M_PI / 6;
+  Pose room_from_turntable = Pose::Identity();
+  room_from_turntable.translation() = room_from_camera * Eigen::Vector3d(0, 0, distance);
+  room_from_turntable.linear() =
+      Eigen::AngleAxisd(speed * time, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  return room_from_turntable;
+}
+
+MovingThings::MovingThings(const SyntheticScanOptions& options,
+                           const std::function<Pose(double time)>& world_from_room)
 {
   cv::RNG random(options.seed * 2 + 0x60d);
   if (options.gripper) {
@@ -94,10 +119,15 @@ MovingThings::MovingThings(const SyntheticScanOptions& options)
   }
   if (options.person) {
     const double start = random.uniform(0.0, 2 * M_PI);
-    things_.push_back({Scene(options.texture),
-                       [start](double time, const Pose&) { return personAt(time, start); }});
+    things_.push_back({Scene(options.texture), [start, world_from_room](double time, const Pose&) {
+                         return world_from_room(time) * personAt(time, start);
+                       }});
     buildPerson(things_.back().scene, random);
   }
+  if (options.turntable)
+    things_.push_back(
+        {Scene(options.seed, options.texture),
+         [world_from_room](double time, const Pose&) { return world_from_room(time); }});
 }
 
 void
@@ -107,7 +137,7 @@ MovingThings::draw(const CameraIntrinsics& camera, const Pose& world_from_camera
   for (const Thing& thing : things_) {
     const Pose pose = thing.world_from_thing(time, world_from_camera).inverse() * world_from_camera;
     const GeometryImage geometry = renderGeometry(thing.scene, camera, pose);
-    const cv::Mat nearer = (geometry.face >= 0) & (geometry.depth < depth);
+    const cv::Mat nearer = (geometry.face >= 0) & ((geometry.depth < depth) | (depth == 0));
     geometry.depth.copyTo(depth, nearer);
     if (color)
       renderColor(thing.scene, camera, pose, geometry).copyTo(*color, nearer);

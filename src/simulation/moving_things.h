@@ -15,14 +15,25 @@
 namespace bundle_icp {
 namespace simulation {
 
-/** What moves through the scene or with the camera: SyntheticScanOptions::gripper and person. */
+/** A disc on a leg with things on it. z is the axis, the disc's top is at z = 0. */
+Scene
+turntableScene(const SyntheticScanOptions& options);
+
+/** Where the turntable is in the room at a time [s], 0.75 m before a camera. */
+Pose
+roomFromTurntable(const Pose& room_from_camera, double time);
+
+/** What moves against the scene: SyntheticScanOptions::gripper and person, and around a turntable
+ *  the room. */
 class MovingThings {
 public:
-  explicit MovingThings(const SyntheticScanOptions& options);
+  /** \param[in] world_from_room at a time [s] */
+  MovingThings(const SyntheticScanOptions& options,
+               const std::function<Pose(double time)>& world_from_room);
 
   /** Draws them over a rendered frame where they are nearer.
    *  \param[in] time of the frame on the path [s]
-   *  \param[in,out] depth CV_32FC1 [m] of the scene without them
+   *  \param[in,out] depth CV_32FC1 [m] of the scene without them, 0 = nothing is there
    *  \param[in,out] color CV_8UC3, or nothing */
   void
   draw(const CameraIntrinsics& camera, const Pose& world_from_camera, double time, cv::Mat& depth,

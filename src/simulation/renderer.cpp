@@ -135,7 +135,8 @@ renderNormals(const Scene& scene, const CameraIntrinsics& camera, const Pose& wo
   for (int y = 0; y < camera.height; ++y)
     for (int x = 0; x < camera.width; ++x) {
       const Hit hit{geometry.depth.at<float>(y, x), geometry.face.at<int>(y, x)};
-      const Eigen::Vector3f normal = view.normal(x, y, hit);
+      const Eigen::Vector3f normal =
+          hit.face >= 0 ? view.normal(x, y, hit) : Eigen::Vector3f::Zero();
       normals.at<cv::Vec3f>(y, x) = {normal.x(), normal.y(), normal.z()};
     }
   return normals;

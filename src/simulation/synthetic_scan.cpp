@@ -28,6 +28,21 @@ struct SyntheticScan::Impl {
     return double(id) / options.frame_rate;
   }
 
+  /** world_from_camera, where the world is the turntable if there is one. */
+  Pose
+  poseAt(double time) const
+  {
+    const Pose room_from_camera = path.at(options.still || options.turntable ? 0 : time);
+    return worldFromRoom(time) * room_from_camera;
+  }
+
+  Pose
+  worldFromRoom(double time) const
+  {
+    return options.turntable ? simulation::roomFromTurntable(path.at(0), time).inverse()
+                             : Pose::Identity();
+  }
+
   /** Colour image of a frame, its rows exposed one after the other, moved by `motion`. */
   cv::Mat
   sharpColor(std::size_t id, const Pose& motion = Pose::Identity()) const;
@@ -40,16 +55,19 @@ struct SyntheticScan::Impl {
 
   SyntheticScanOptions options;
   simulation::Scene scene;
-  simulation::MovingThings moving;
   simulation::HandHeldPath path;
+  simulation::MovingThings moving;
   CameraIntrinsics true_camera;   ///< by which images are rendered
   CameraIntrinsics camera;        ///< that is reported
   std::vector<std::size_t> order; ///< number on the path of the frame at each index
 };
 
 SyntheticScan::Impl::Impl(const SyntheticScanOptions& scan_options)
-: options(scan_options), scene(scan_options.seed, scan_options.texture), moving(scan_options),
-  path(scan_options.seed, scan_options.start_time, scan_options.movement),
+: options(scan_options),
+  scene(options.turntable ? simulation::turntableScene(options)
+                          : simulation::Scene(options.seed, options.texture)),
+  path(options.seed, options.start_time, options.movement),
+  moving(options, [this](double time) { return worldFromRoom(time); }),
   true_camera(scan_options.trueCamera()), camera(true_camera), order(scan_options.num_frames)
 {
   camera.fx = camera.fy = options.focal_length * (1 + options.focal_error);
@@ -78,7 +96,7 @@ SyntheticScan::Impl::sharpColor(std::size_t id, const Pose& motion) const
     const double row = 0.5 * (rows.start + rows.end - 1);
     const double delay = options.readout * ((row + 0.5) / options.height - 0.5);
     const double time = timeOf(id) + delay;
-    const Pose pose = path.at(time) * motion;
+    const Pose pose = poseAt(time) * motion;
     GeometryImage geometry = simulation::renderGeometry(scene, band, pose);
     cv::Mat band_color = simulation::renderColor(scene, band, pose, geometry);
     moving.draw(band, pose, time, geometry.depth, &band_color);
@@ -110,6 +128,10 @@ SyntheticScan::Impl::reflection(const cv::Mat& color, const Pose& pose,
   cv::Mat result(color.size(), CV_32FC1);
   for (int y = 0; y < color.rows; ++y)
     for (int x = 0; x < color.cols; ++x) {
+      if (geometry.face.at<int>(y, x) < 0) { // the room around a turntable
+        result.at<float>(y, x) = 1;
+        continue;
+      }
       const cv::Vec3f& n = normals.at<cv::Vec3f>(y, x);
       const cv::Vec3b& bgr = color.at<cv::Vec3b>(y, x);
       const Eigen::Vector3f ray =
@@ -170,7 +192,7 @@ SyntheticScan::read(std::size_t index) const
   RGBDFrame frame;
   frame.id = id(index);
   frame.timestamp = timestamp(index);
-  const Pose depth_pose = impl_->path.at(time + options.time_offset);
+  const Pose depth_pose = impl_->poseAt(time + options.time_offset);
   const GeometryImage geometry =
       simulation::renderGeometry(impl_->scene, impl_->true_camera, depth_pose);
   const bool is_same_view = !isBlurred(index) && options.time_offset == 0 && options.readout == 0;
@@ -213,7 +235,7 @@ SyntheticScan::groundTruth() const
 Pose
 SyntheticScan::worldFromCamera(std::size_t index) const
 {
-  return impl_->path.at(impl_->timeOf(impl_->order.at(index)));
+  return impl_->poseAt(impl_->timeOf(impl_->order.at(index)));
 }
 
 bool
@@ -258,7 +280,7 @@ SyntheticScan::visibleSurface(double spacing, int num_threads) const
   const auto step = std::size_t(std::max(1.0, std::round(0.1 * impl_->options.frame_rate)));
   std::vector<Pose> poses;
   for (std::size_t number = 0; number < size(); number += step)
-    poses.push_back(impl_->path.at(impl_->timeOf(number)));
+    poses.push_back(impl_->poseAt(impl_->timeOf(number)));
   return simulation::visibleSurface(impl_->scene, impl_->true_camera, poses, spacing, num_threads);
 }
 

@@ -37,6 +37,8 @@ seenFrom(const Scene& scene, const CameraIntrinsics& camera, const Pose& pose, d
   Voxels voxels;
   for (int y = 0; y < camera.height; ++y)
     for (int x = 0; x < camera.width; ++x) {
+      if (geometry.face.at<int>(y, x) < 0)
+        continue;
       const Eigen::Vector3d point = pose * camera.unproject(x, y, geometry.depth.at<float>(y, x));
       if (!voxels.insert(voxelOf(point, spacing)).second)
         continue;

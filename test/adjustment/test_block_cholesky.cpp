@@ -61,6 +61,12 @@ expectInverse()
     ASSERT_TRUE(cholesky.factorise(example.blocks));
     EXPECT_LT((example.matrix * cholesky.solve(right) - right).norm(), 1e-10);
   }
+  const Eigen::MatrixXd inverse = example.matrix.inverse();
+  for (std::size_t k = 0; k < example.structure.numColumns(); ++k) {
+    const Eigen::Index at = SIZE * Eigen::Index(k);
+    const Eigen::MatrixXd expected = inverse.block(at, at, SIZE, SIZE);
+    EXPECT_LT((cholesky.inverseBlock(k) - expected).norm(), 1e-10 * inverse.norm()) << k;
+  }
   PaddedBlock<SIZE>& last = example.blocks.back();
   last(SIZE - 1, SIZE - 1) = -1;
   EXPECT_FALSE(cholesky.factorise(example.blocks));

@@ -52,7 +52,10 @@ measure(std::size_t count, double step, double noise, std::vector<Pose>* truth =
 std::vector<Pose>
 smoothed(const std::vector<PoseMeasurement>& measurements)
 {
-  return smoothTrajectory(measurements, estimateMotionPrior(measurements));
+  std::vector<Pose> poses;
+  for (const PoseEstimate& pose : smoothTrajectory(measurements, estimateMotionPrior(measurements)))
+    poses.push_back(pose.world_from_camera);
+  return poses;
 }
 
 std::vector<Pose>

@@ -58,3 +58,36 @@ TEST(MovingThings, ChangeNeitherPathNorRoom)
     EXPECT_TRUE(areSame(scan.readExact(i).color, exactScan().readExact(i).color));
   }
 }
+
+TEST(MovingThings, AStillCameraSeesTheSameImages)
+{
+  SyntheticScanOptions options = smallScan();
+  options.still = true;
+  const SyntheticScan scan(options);
+  EXPECT_TRUE(areSame(scan.read(0).color, scan.read(scan.size() - 1).color));
+  EXPECT_TRUE(areSame(scan.read(0).depth, scan.read(scan.size() - 1).depth));
+}
+
+TEST(MovingThings, ATurntableTurnsBeforeARoomThatStays)
+{
+  SyntheticScanOptions options = smallScan();
+  options.turntable = true;
+  const SyntheticScan scan(options);
+  options.turntable = false;
+  options.still = true;
+  const SyntheticScan empty(options);
+  const cv::Mat room = empty.read(0).depth;
+  for (const std::size_t i : {std::size_t(0), scan.size() - 1}) {
+    const cv::Mat things = scan.readExact(i).depth, seen = scan.read(i).depth;
+    const cv::Mat is_thing = (things > 0) & (things < room);
+    EXPECT_NEAR(cv::countNonZero(is_thing), 0.13 * double(room.total()),
+                0.08 * double(room.total()));
+    EXPECT_EQ(cv::countNonZero((seen != things) & is_thing), 0) << i;
+    // The room is rendered from another frame of reference: but for rounding, and at edges.
+    EXPECT_LT(cv::countNonZero((cv::abs(seen - room) > 1e-4) & ~is_thing), 20) << i;
+    EXPECT_NEAR(scan.worldFromCamera(i).translation().norm(), 0.75, 1e-9) << i;
+  }
+  const Pose motion = scan.worldFromCamera(0) * scan.worldFromCamera(scan.size() - 1).inverse();
+  const double turned = scan.timestamp(scan.size() - 1) * CV_PI / 6;
+  EXPECT_NEAR(rotationAngle(motion), std::min(turned, 2 * CV_PI - turned), 1e-6);
+}

@@ -81,7 +81,9 @@ public:
   bool
   run(SparseModel& model, const ProgressCallback& progress = {});
 
-  /** Outcome of each frame of the graph. */
+  /** Outcome of each frame of the graph. Covariance and deviations are those of the final pose
+   *  relative to that of the earliest frame of its component, along the axes of that frame's
+   *  camera. */
   const std::vector<FrameRegistration>&
   registrations() const;
 

@@ -29,9 +29,14 @@ struct BUNDLE_ICP_EXPORT SyntheticScanOptions {
   double movement = 1;         ///< share of the path's translation, 0 to 1: 0 = turning on the spot
   double texture = 1; ///< contrast of surfaces, 0 to 1; 0 = one colour on each side of an object
 
-  // What moves; true poses and surface are those of the room.
+  // What moves; true poses and surface are those of the room, but for the turntable.
   bool gripper = false; ///< a robot's gripper, fixed to the camera, in the lower third of the image
   bool person = false;  ///< a person who walks around the table
+  bool still = false;   ///< the camera stays where the path starts, as on a tripod
+  /** Before a camera that stands still, things on a turntable turn by 30 degrees a second. True
+   *  poses and surface are theirs: the world is fixed to the disc, its z axis is that of the
+   *  turntable. */
+  bool turntable = false;
 
   // Faults of the camera, all off.
   /** Depth noise as a multiple of `noise`, 0 to 100. Neighbouring pixels share half of its

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
-#include "scan/camera_fixed.h"
+#include "scan/staying_pixels.h"
 
 #include <bundle_icp/simulation/synthetic_scan.h>
 
@@ -26,50 +26,51 @@ noisyScan(std::uint64_t seed)
 
 } // namespace
 
-TEST(FindCameraFixed, FindsTheGripperOnly)
+TEST(FindStayingPixels, FindsTheGripperOnly)
 {
   for (const std::uint64_t seed : {0u, 1u, 2u}) {
     SyntheticScanOptions options = noisyScan(seed);
     options.gripper = options.person = true;
     const SyntheticScan scan(options);
-    const CameraFixed found = findCameraFixed(scan, 0);
-    ASSERT_FALSE(found.mask.empty()) << seed;
+    const StayingPixels found = findStayingPixels(scan, 0);
+    ASSERT_FALSE(found.camera_fixed.empty()) << seed;
     options = noisyScan(seed);
     options.gripper = true;
     options.noise_factor = options.quantisation = options.hole_fraction = 0;
     options.flying_pixels = false;
     const SyntheticScan exact(options);
     const cv::Mat gripper = exact.read(0).depth != exact.readExact(0).depth;
-    const double both = cv::countNonZero(found.mask & gripper);
+    const double both = cv::countNonZero(found.camera_fixed & gripper);
     EXPECT_GT(both, 0.95 * cv::countNonZero(gripper)) << seed;
-    EXPECT_LT(cv::countNonZero(found.mask), 1.5 * cv::countNonZero(gripper)) << seed;
+    EXPECT_LT(cv::countNonZero(found.camera_fixed), 1.5 * cv::countNonZero(gripper)) << seed;
   }
 }
 
-TEST(FindCameraFixed, FindsNothingWhereNothingMovesWithTheCamera)
+TEST(FindStayingPixels, FindsNothingWhereNothingMovesWithTheCamera)
 {
   for (const std::uint64_t seed : {0u, 1u, 2u, 3u})
     for (const double start : {0.0, 67.0}) {
       SyntheticScanOptions options = noisyScan(seed);
       options.start_time = start;
       options.person = seed % 2;
-      EXPECT_TRUE(findCameraFixed(SyntheticScan(options), 0).mask.empty()) << seed << " " << start;
+      EXPECT_TRUE(findStayingPixels(SyntheticScan(options), 0).camera_fixed.empty())
+          << seed << " " << start;
     }
 }
 
-TEST(FindCameraFixed, ACameraThatStandsStillSeesABackground)
+TEST(FindStayingPixels, ACameraThatStandsStillSeesABackground)
 {
   SyntheticScanOptions options = noisyScan(0);
   options.frame_rate = 1000;
-  const CameraFixed found = findCameraFixed(SyntheticScan(options), 0);
-  EXPECT_TRUE(found.mask.empty());
+  const StayingPixels found = findStayingPixels(SyntheticScan(options), 0);
+  EXPECT_TRUE(found.camera_fixed.empty());
   EXPECT_GT(found.share, 0.5);
 }
 
-TEST(FindCameraFixed, FewFramesShowNothing)
+TEST(FindStayingPixels, FewFramesShowNothing)
 {
   SyntheticScanOptions options = noisyScan(0);
   options.gripper = true;
   options.num_frames = 4;
-  EXPECT_TRUE(findCameraFixed(SyntheticScan(options), 0).mask.empty());
+  EXPECT_TRUE(findStayingPixels(SyntheticScan(options), 0).camera_fixed.empty());
 }

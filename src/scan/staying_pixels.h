@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#pragma once
+
+#include <bundle_icp/io/rgbd_dataset.h>
+
+#include <opencv2/core.hpp>
+
+#include <limits>
+
+namespace bundle_icp {
+
+/** What stays in the image while other things move: a part that is fixed to a moving camera, or the
+ *  surroundings of a camera that stands still. */
+class StayingPixels {
+public:
+  /** Mask of what moves with a moving camera: a gripper, a hand on the sensor, a part of its mount.
+   *  CV_8UC1 of the size of the frames, not 0 where it is; empty when nothing is. */
+  cv::Mat camera_fixed;
+  /** Share of the measured pixels that stay at their depth, in all sampled frames. */
+  double share = 0;
+  /** Share of them that keep their grey level as well. */
+  double share_of_surroundings = 0;
+  /** Share of the image that differs from the surroundings, and share of the sampled frames in
+   *  which it does, where the camera stands still. */
+  double moving_share = 0, moving_frames = 0;
+
+  /** True when most of the image stays: it shows the surroundings. */
+  bool
+  cameraStandsStill() const
+  {
+    return share_of_surroundings > 0.5;
+  }
+
+  /** Mask of what a frame shows before the surroundings: pixels whose depth or grey level is not
+   *  that of the farthest surface that several frames show there alike. CV_8UC1 of the size of the
+   *  frame. */
+  cv::Mat
+  movingIn(const RGBDFrame& frame) const;
+
+  /** Mask of the rest of the frame. At the border, where pixels show both, the masks overlap. */
+  cv::Mat
+  surroundingsIn(const RGBDFrame& frame) const;
+
+private:
+  friend class StayingPixelFinder;
+  cv::Mat
+  movingCells(const cv::Mat& depth, const cv::Mat& gray) const;
+
+  DepthNoise noise_;
+  cv::Mat depth_, gray_; ///< of the surroundings, in cells; 0 = unknown
+  /** Depth beyond which nothing moves: surroundings that are hidden most of the time [m]. */
+  float farthest_ = std::numeric_limits<float>::infinity();
+};
+
+/** Finds pixels that stay. A part of the camera is a region of constant depth that ends at an edge
+ *  of depth which stays at its pixels. A plane along which the camera moves, such as the floor
+ *  before a robot, has constant depth too, but no such edge. Where most pixels keep their depth, the
+ *  camera stands still, and no part of it is found: the background is what most depth agrees on.
+ *  Looks at `num_samples` frames, evenly distributed. */
+StayingPixels
+findStayingPixels(const RGBDDataset& dataset, int num_threads, std::size_t num_samples = 24);
+
+} // namespace bundle_icp
