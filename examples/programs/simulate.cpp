@@ -66,6 +66,8 @@ describeScan(Arguments& arguments)
   add("gripper", po::bool_switch(&arguments.gripper),
       "a robot's gripper, fixed to the camera, in the lower third of the image");
   add("person", po::bool_switch(&arguments.person), "a person who walks around the table");
+  add("masks", po::bool_switch(&arguments.write.masks),
+      "also mask/, a mask of each frame, 0 where gripper or person are");
   add("surface-spacing", valueOf(arguments.write.surface_spacing, "M"),
       "distance of the points in surface.ply [m]; 0 = no such file");
   add("threads", valueOf(arguments.write.num_threads, "N"), "threads, 0 = all");

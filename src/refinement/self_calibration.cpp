@@ -23,7 +23,7 @@ using P = CalibrationParameter;
 constexpr double FUNCTION_TOLERANCE = 1e-7;
 /** A correction of fewer standard deviations is none. */
 constexpr double MIN_DEVIATIONS = 2;
-/** Of the corrections of both focal lengths: pixels are as square as those of the nominal camera. */
+/** Of the corrections of both focal lengths: pixels are as square as the nominal camera's. */
 constexpr double MAX_DIFFERENCE = 0.02;
 /** Parts of the frames of which each is left out once. */
 constexpr std::size_t NUM_PARTS = 4;

@@ -2,6 +2,8 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #pragma once
 
+#include "common/left_out.h"
+
 #include <bundle_icp/io/rgbd_dataset.h>
 
 #include <opencv2/core.hpp>
@@ -55,10 +57,8 @@ public:
   read(std::size_t index) const override
   {
     RGBDFrame frame = dataset_.read(index);
-    if (!mask_.empty() && mask_.size() == frame.depth.size()) {
-      frame.depth = frame.depth.clone(); // the dataset may hold it
-      frame.depth.setTo(0, mask_);
-    }
+    if (!mask_.empty() && mask_.size() == frame.depth.size())
+      leaveOut(mask_, frame.depth);
     return frame;
   }
 

@@ -80,8 +80,9 @@ struct SelfCalibrationResult {
 /** Finds the corrections that the scan supports. One after the other, the correction is added that
  *  best predicts held-back observations, as long as its gain is significant. A correction beyond
  *  largestCorrection(), or one that makes square pixels oblong by 2 %, ends the search and is not
- *  applied; one that is 0 within its deviations is dropped. Afterwards the model holds the calibration fitted to the frames that took part, with its deviations. adjustBundle()
- *  with the result refines the calibration with all frames, beyond these deviations.
+ *  applied; one that is 0 within its deviations is dropped. Afterwards the model holds the
+ *  calibration fitted to the frames that took part, with its deviations. adjustBundle() with the
+ *  result refines the calibration with all frames, beyond these deviations.
  *  \param frames that may take part; their motions in the model must be set
  *  \throws pcl::BadArgumentException for invalid options */
 BUNDLE_ICP_EXPORT SelfCalibrationResult
