@@ -14,8 +14,8 @@ using P = CalibrationParameter;
 constexpr const char* NOT_SQUARE =
     ": pixels that are not square; the camera turns too little to show both focal lengths";
 constexpr const char* BEYOND = ": more than an error of calibration";
-/** Deviations by which a wanted focal length must differ from the nominal one. */
-constexpr double MIN_DEVIATIONS = 3;
+/** Deviations by which a wanted focal length differs from the nominal one: may be so, is so. */
+constexpr double SOME_DEVIATIONS = 2, MANY_DEVIATIONS = 3;
 /** Deviations by which it may be farther away. */
 constexpr double MAX_DEVIATIONS = 2;
 /** Smaller errors hardly change the poses. */
@@ -46,9 +46,10 @@ wantedFocalLength(const WantedFocalLength& wanted, bool is_corrected,
 {
   const double error = std::abs(wanted.mean()), deviation = wanted.deviation;
   const double limit = largestCorrection(P::FOCAL_X, camera);
-  if (!(deviation > 0) || error < MIN_DEVIATIONS * deviation)
+  if (!(deviation > 0) || error < SOME_DEVIATIONS * deviation)
     return {};
-  const bool is_beyond = error + MAX_DEVIATIONS * deviation >= limit;
+  const bool is_beyond =
+      error >= MANY_DEVIATIONS * deviation && error + MAX_DEVIATIONS * deviation >= limit;
   if (!is_beyond && (is_corrected || error < SMALL_ERROR))
     return {};
   Finding finding =

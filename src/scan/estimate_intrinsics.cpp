@@ -19,6 +19,8 @@ namespace {
  *  degrees in that time, and both frames still see the same things. */
 constexpr std::size_t RUN_LENGTH = 8;
 constexpr double RUN_STEP = 0.5;
+/** Poses hardly suffer from a focal length of a smaller deviation, as a share of it. */
+constexpr double EXACT = 0.01;
 
 CameraIntrinsics
 startCamera(const CameraIntrinsics& recorded, double field_of_view)
@@ -94,8 +96,9 @@ Finding
 estimateFinding(const IntrinsicsEstimate& estimate, double start)
 {
   const double f = estimate.camera.fx;
+  const bool is_exact = estimate.deviation < EXACT * f;
   if (estimate.is_determined)
-    return {Severity::NOTE,
+    return {is_exact ? Severity::NOTE : Severity::WARNING,
             "estimated_intrinsics",
             formatText("the focal length was estimated from %zu pairs of frames: %.1f +- %.1f px, "
                        "with square pixels and the axis in the middle of the image",
@@ -103,7 +106,9 @@ estimateFinding(const IntrinsicsEstimate& estimate, double start)
             {{"estimated_focal_length_px", f},
              {"deviation_px", estimate.deviation},
              {"pairs", double(estimate.num_pairs)}},
-            ""};
+            is_exact ? ""
+                     : "lengths and poses are only as exact: calibrate the camera and give its "
+                       "intrinsics with --intrinsics fx,fy,cx,cy"};
   return {Severity::WARNING,
           "estimated_intrinsics",
           formatText("the data do not determine the focal length (%zu pairs of frames, the camera "

@@ -320,7 +320,8 @@ TEST(CalibrationFindings, OfAWantedFocalLength)
   EXPECT_EQ(severity(0.045, 0.001, false), Severity::WARNING);
   EXPECT_EQ(severity(0.045, 0.001, true), Severity::NOTE); // it was corrected
   EXPECT_EQ(severity(0.016, 0.002, false), Severity::NOTE);
-  EXPECT_EQ(severity(0.06, 0.03, false), Severity::NOTE); // the scan does not determine it
+  EXPECT_EQ(severity(0.06, 0.025, false), Severity::WARNING);
+  EXPECT_EQ(severity(0.06, 0.04, false), Severity::NOTE); // the scan does not determine it
   EXPECT_EQ(severity(0.06, 0, false), Severity::NOTE);    // not measured
 }
 
