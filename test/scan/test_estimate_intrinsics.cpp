@@ -73,9 +73,9 @@ TEST(EstimateIntrinsics, DoesNotDependOnThreads)
 
 TEST(EstimateIntrinsics, SaysWhenTheDataDoNotDetermineIt)
 {
-  SyntheticScanOptions options = scanOf(262);
-  options.texture = 0;
-  const IntrinsicsEstimate estimate = estimateIntrinsics(SyntheticScan(options));
+  IntrinsicsEstimateOptions options;
+  options.num_frames = 3; // three pairs cannot contradict each other
+  const IntrinsicsEstimate estimate = estimateIntrinsics(SyntheticScan(scanOf(262)), options);
   EXPECT_FALSE(estimate.is_determined);
   EXPECT_NEAR(estimate.camera.fx, 160 / std::tan(M_PI / 6), 0.01);
   ASSERT_EQ(estimate.findings.size(), 1u);
