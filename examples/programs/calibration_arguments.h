@@ -4,7 +4,7 @@
 // Options for a camera's known calibration and for self-calibration.
 #pragma once
 
-#include "program.h"
+#include "scan_arguments.h"
 
 #include <bundle_icp/io/calibration_io.h>
 #include <bundle_icp/reconstruction.h>
@@ -71,7 +71,7 @@ inline RGBDDataset::Ptr
 openCalibrated(const std::string& scan, DatasetOptions options,
                const CalibrationArguments& arguments, MapperOptions& mapper)
 {
-  const RGBDDataset::Ptr dataset = openDataset(scan, options);
+  const RGBDDataset::Ptr dataset = openRecording(scan, options);
   Calibration& calibration = mapper.refinement.calibration;
   if (!arguments.file.empty()) {
     calibration = readCalibration(arguments.file, dataset->camera());
@@ -91,7 +91,7 @@ openCalibrated(const std::string& scan, DatasetOptions options,
   if (calibration.depth_scale == 1)
     return dataset;
   options.depth_factor = calibration.depth_scale;
-  return openDataset(scan, options);
+  return openRecording(scan, options);
 }
 
 } // namespace bundle_icp

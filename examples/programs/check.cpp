@@ -49,7 +49,7 @@ run(int argc, char** argv)
   std::string error;
   if (!check.isValid(&error))
     throw UsageError(error);
-  const RGBDDataset::Ptr dataset = openDataset(scan, dataset_options);
+  const RGBDDataset::Ptr dataset = openRecording(scan, dataset_options);
   const std::vector<Finding> findings = checkRecording(*dataset, check);
   for (const Finding& finding : findings)
     std::cout << toString(finding) << "\n";

@@ -133,12 +133,14 @@ printDoubts(const ReconstructionResult& result)
     std::cerr << "and " << count - max_names << " more frames with a doubtful pose\n";
 }
 
-/** How large the scene is: a wrong unit shows here. */
+/** How large the scene is, where a wrong unit shows; which masks and which estimated camera it is
+ *  made with. */
 inline void
 printScene(const ReconstructionResult& result)
 {
   for (const Finding& finding : result.findings)
-    if (finding.kind == "scene")
+    if (finding.kind == "scene" || finding.kind == "masks" ||
+        finding.kind == "estimated_intrinsics")
       std::cout << finding.what << "\n";
 }
 

@@ -8,6 +8,7 @@
 
 #include <bundle_icp/io/calibration_io.h>
 #include <bundle_icp/io/rgbd_dataset.h>
+#include <bundle_icp/scan/estimate_intrinsics.h>
 
 #include <boost/filesystem.hpp>
 #include <boost/program_options.hpp>
@@ -26,7 +27,9 @@ describeRecording(DatasetOptions& dataset)
   po::options_description options("Recording");
   auto add = options.add_options();
   add("intrinsics", po::value<std::string>()->value_name("FX,FY,CX,CY[,K1,K2,P1,P2,K3]"),
-      "intrinsics of the recorded images [px], instead of those of the format");
+      "intrinsics of the recorded images [px], instead of those of the format; or estimate: the "
+      "focal length is estimated from the images, starting from a horizontal field of view of 60 "
+      "degrees, with square pixels and the axis in the middle");
   add("depth-scale", po::value<double>()->value_name("UNITS"),
       "units of the depth images per metre; default: that of the format (TUM 5000, 7-Scenes and "
       "Open3D 1000)");
@@ -42,6 +45,8 @@ describeRecording(DatasetOptions& dataset)
       "depth sensor, which sets the noise: kinect (structured light), d400 (active stereo), tof, "
       "lidar or a JSON file {\"constant\": C, \"quadratic\": Q, \"offset\": O}: standard deviation "
       "C + Q (z - O)^2 of a depth z [m]");
+  add("no-mask", "ignore the recording's folder mask/ or masks/; default: pixels that are 0 in a "
+                 "frame's mask are left out");
   add("shuffle", po::value<std::uint64_t>()->value_name("SEED"),
       "take the frames in random order; the methods bundle_icp and rgbd_sfm give the same result "
       "in any order");
@@ -63,7 +68,9 @@ refuseNegativeNumbers(const boost::program_options::parsed_options& parsed)
 inline void
 applyRecording(const boost::program_options::variables_map& values, DatasetOptions& dataset)
 {
-  if (values.count("intrinsics")) {
+  if (values.count("intrinsics") && values["intrinsics"].as<std::string>() == "estimate")
+    dataset.field_of_view = IntrinsicsEstimateOptions().field_of_view;
+  else if (values.count("intrinsics")) {
     try {
       dataset.intrinsics = parseIntrinsics(values["intrinsics"].as<std::string>());
     }
@@ -71,6 +78,7 @@ applyRecording(const boost::program_options::variables_map& values, DatasetOptio
       throw UsageError(error.what());
     }
   }
+  dataset.use_masks = !values.count("no-mask");
   if (values.count("depth-scale"))
     dataset.depth_scale = values["depth-scale"].as<double>();
   dataset.depth_noise = readDepthNoise(values["sensor"].as<std::string>());
@@ -79,6 +87,14 @@ applyRecording(const boost::program_options::variables_map& values, DatasetOptio
   std::string error;
   if (!dataset.isValid(&error))
     throw UsageError(error);
+}
+
+/** Opens a recording; its intrinsics are estimated where the options say so. */
+inline RGBDDataset::Ptr
+openRecording(const std::string& scan, const DatasetOptions& options)
+{
+  return options.field_of_view ? openWithEstimatedIntrinsics(scan, options)
+                               : openDataset(scan, options);
 }
 
 /** Parses the `visible` options and at most `max_scans` scans without an option name.

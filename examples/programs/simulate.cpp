@@ -72,6 +72,8 @@ describeScan(Arguments& arguments)
   add("turntable", po::bool_switch(&arguments.turntable),
       "a camera that stands still, and before it things on a turntable, which turns by 30 degrees "
       "a second; groundtruth.txt and surface.ply are those of the things");
+  add("masks", po::bool_switch(&arguments.write.masks),
+      "also mask/, a mask of each frame, 0 where gripper or person are");
   add("surface-spacing", valueOf(arguments.write.surface_spacing, "M"),
       "distance of the points in surface.ply [m]; 0 = no such file");
   add("threads", valueOf(arguments.write.num_threads, "N"), "threads, 0 = all");

@@ -89,6 +89,12 @@ readDepthImage(const std::string& path)
 }
 
 cv::Mat
+readAnyImage(const std::string& path)
+{
+  return readImage(path, cv::IMREAD_UNCHANGED);
+}
+
+cv::Mat
 depthInMetres(const cv::Mat& depth, double units_per_metre)
 {
   const float scale = float(units_per_metre);

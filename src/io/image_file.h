@@ -26,6 +26,11 @@ readColorImage(const std::string& path);
 cv::Mat
 readDepthImage(const std::string& path);
 
+/** Reads an image of any kind as stored.
+ *  \throws pcl::IOException as readColorImage(). */
+cv::Mat
+readAnyImage(const std::string& path);
+
 /** Metres from the units of a depth image: CV_32FC1, NaN where there is no measurement,
  * which sensors write as 0 or as the largest number. */
 cv::Mat

@@ -62,6 +62,8 @@ DatasetOptions::isValid(std::string* error) const
                 " units per metre must be finite and positive");
   if (!(depth_factor > 0.5 && depth_factor < 2))
     return fail("depth factor " + std::to_string(depth_factor) + " must lie in (0.5, 2)");
+  if (field_of_view && !(*field_of_view > 0.1 && *field_of_view < 2.8))
+    return fail("field of view " + std::to_string(*field_of_view) + " rad must lie in (0.1, 2.8)");
   if (depth_noise && !depth_noise->isValid(error))
     return false;
   if (!(std::isfinite(max_time_difference) && max_time_difference > 0))

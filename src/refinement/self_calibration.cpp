@@ -23,6 +23,10 @@ using P = CalibrationParameter;
 constexpr double FUNCTION_TOLERANCE = 1e-7;
 /** A correction of fewer standard deviations is none. */
 constexpr double MIN_DEVIATIONS = 2;
+/** Of the corrections of both focal lengths: pixels are as square as the nominal camera's. */
+constexpr double MAX_DIFFERENCE = 0.02;
+/** Parts of the frames of which each is left out once. */
+constexpr std::size_t NUM_PARTS = 4;
 
 std::vector<CalibrationTest>
 candidates(const SelfCalibrationOptions& options)
@@ -111,6 +115,10 @@ private:
   addCorrections(SparseModel& model, SelfCalibrationResult& result);
   bool
   dropZeros(SparseModel& model, SelfCalibrationResult& result);
+  WantedFocalLength
+  wantedFocal(const SparseModel& model) const;
+  Eigen::Vector2d
+  fittedFocal(const SparseModel& model, const std::vector<std::size_t>& left_out) const;
 
   static void
   add(const CalibrationTest& test, BundleAdjustmentProblem& problem)
@@ -160,8 +168,12 @@ SelfCalibration::tryOut(const SparseModel& model, const CalibrationTest& test) c
 bool
 SelfCalibration::isPlausible(const Calibration& calibration, CalibrationTest& test) const
 {
+  // A camera that turns about one axis shows one focal length alone.
+  const bool is_square =
+      test.parameters.empty() || test.parameters.front() != P::FOCAL_X ||
+      std::abs(calibration[P::FOCAL_X] - calibration[P::FOCAL_Y]) < MAX_DIFFERENCE;
   const bool is_plausible =
-      std::all_of(test.parameters.begin(), test.parameters.end(), [&](P parameter) {
+      is_square && std::all_of(test.parameters.begin(), test.parameters.end(), [&](P parameter) {
         return std::abs(calibration[parameter]) < largestCorrection(parameter, graph_.camera());
       });
   for (const P parameter : test.parameters)
@@ -227,6 +239,53 @@ SelfCalibration::dropZeros(SparseModel& model, SelfCalibrationResult& result)
   return has_dropped;
 }
 
+/** FOCAL_X and FOCAL_Y fitted with axis and distortion, by all frames but some. */
+Eigen::Vector2d
+SelfCalibration::fittedFocal(const SparseModel& model,
+                             const std::vector<std::size_t>& left_out) const
+{
+  BundleAdjustmentProblem problem = problem_;
+  for (const P parameter :
+       {P::FOCAL_X, P::FOCAL_Y, P::CENTER_X, P::CENTER_Y, P::RADIAL_1, P::RADIAL_2})
+    if (std::find(problem.calibrated.begin(), problem.calibrated.end(), parameter) ==
+        problem.calibrated.end())
+      problem.calibrated.push_back(parameter);
+  problem.variable.erase(std::remove_if(problem.variable.begin(), problem.variable.end(),
+                                        [&](std::size_t frame) {
+                                          return std::count(left_out.begin(), left_out.end(),
+                                                            frame) > 0;
+                                        }),
+                         problem.variable.end());
+  SparseModel fitted = model;
+  adjustBundle(graph_, problem, adjustment_, fitted);
+  return {fitted.calibration()[P::FOCAL_X], fitted.calibration()[P::FOCAL_Y]};
+}
+
+/** The jackknife over runs of frames: errors of neighbours in time are alike. */
+WantedFocalLength
+SelfCalibration::wantedFocal(const SparseModel& model) const
+{
+  std::vector<std::size_t> frames = problem_.variable;
+  std::stable_sort(frames.begin(), frames.end(), [this](std::size_t a, std::size_t b) {
+    return graph_.timestamp(a) < graph_.timestamp(b);
+  });
+  std::vector<std::vector<std::size_t>> left_out(1); // first none
+  for (std::size_t k = 0; k < NUM_PARTS; ++k)
+    left_out.emplace_back(frames.begin() + std::ptrdiff_t(k * frames.size() / NUM_PARTS),
+                          frames.begin() + std::ptrdiff_t((k + 1) * frames.size() / NUM_PARTS));
+  std::vector<Eigen::Vector2d> fits(left_out.size());
+  parallelFor(fits.size(), options_.num_threads, {},
+              [&](std::size_t k) { fits[k] = fittedFocal(model, left_out[k]); });
+  double sum = 0, sum2 = 0;
+  for (std::size_t k = 1; k < fits.size(); ++k) {
+    sum += fits[k].mean();
+    sum2 += fits[k].mean() * fits[k].mean();
+  }
+  const double n = NUM_PARTS;
+  const double variance = (n - 1) / n * std::max(0.0, sum2 - sum * sum / n);
+  return {fits[0].x(), fits[0].y(), std::sqrt(variance)};
+}
+
 SelfCalibrationResult
 SelfCalibration::run(SparseModel& model)
 {
@@ -235,6 +294,8 @@ SelfCalibration::run(SparseModel& model)
   adjustBundle(graph_, problem_, adjustment_, model);
   cost_ = heldBackCost(graph_, problem_, adjustment_, model);
   addCorrections(model, result);
+  if (options_.camera)
+    result.wanted_focal = wantedFocal(model);
   const auto setDeviations = [&] {
     Calibration calibration = model.calibration();
     calibration.deviations = calibrationDeviations(graph_, problem_, adjustment_, model);

@@ -2,6 +2,8 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #pragma once
 
+#include "common/left_out.h"
+
 #include <bundle_icp/io/rgbd_dataset.h>
 
 #include <opencv2/core.hpp>
@@ -60,10 +62,8 @@ public:
   {
     RGBDFrame frame = dataset_.read(index);
     const cv::Mat mask = mask_ ? mask_(frame) : cv::Mat();
-    if (!mask.empty() && mask.size() == frame.depth.size()) {
-      frame.depth = frame.depth.clone(); // the dataset may hold it
-      frame.depth.setTo(0, mask);
-    }
+    if (!mask.empty() && mask.size() == frame.depth.size())
+      leaveOut(mask, frame.depth);
     return frame;
   }
 

@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "scan/scan_surface.h"
 
+#include "common/left_out.h"
 #include "scan/frame_appearance.h"
 #include "scan/read_in_order.h"
 
@@ -45,8 +46,7 @@ corrected(const RGBDDataset& dataset, const ReconstructionResult& result,
   if (index < moving.size() && !moving[index].empty()) {
     cv::Mat mask;
     cv::resize(moving[index], mask, frame.depth.size(), 0, 0, cv::INTER_NEAREST);
-    frame.depth = frame.depth.clone(); // the dataset may hold it
-    frame.depth.setTo(0, mask);
+    leaveOut(mask, frame.depth);
   }
   return frame;
 }

@@ -144,5 +144,14 @@ MovingThings::draw(const CameraIntrinsics& camera, const Pose& world_from_camera
   }
 }
 
+cv::Mat
+MovingThings::coverage(const CameraIntrinsics& camera, const Pose& world_from_camera, double time,
+                       const cv::Mat& depth) const
+{
+  cv::Mat with_them = depth.clone();
+  draw(camera, world_from_camera, time, with_them, nullptr);
+  return with_them < depth;
+}
+
 } // namespace simulation
 } // namespace bundle_icp

@@ -39,6 +39,12 @@ public:
   draw(const CameraIntrinsics& camera, const Pose& world_from_camera, double time, cv::Mat& depth,
        cv::Mat* color) const;
 
+  /** Where they are in the image: CV_8UC1, 255 or 0.
+   *  \param[in] depth CV_32FC1 [m] of the scene without them */
+  cv::Mat
+  coverage(const CameraIntrinsics& camera, const Pose& world_from_camera, double time,
+           const cv::Mat& depth) const;
+
 private:
   struct Thing {
     Scene scene; ///< in a frame of its own

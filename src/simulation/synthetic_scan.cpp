@@ -9,6 +9,7 @@
 
 #include <bundle_icp/simulation/synthetic_scan.h>
 
+#include <opencv2/imgproc.hpp>
 #include <pcl/exceptions.h>
 
 #include <cmath>
@@ -251,6 +252,17 @@ SyntheticScan::readExact(std::size_t index) const
   frame.id = id(index);
   frame.timestamp = timestamp(index);
   return frame;
+}
+
+cv::Mat
+SyntheticScan::mask(std::size_t index) const
+{
+  const Pose pose = worldFromCamera(index);
+  const cv::Mat depth = render(pose).depth;
+  cv::Mat covered = impl_->moving.coverage(impl_->true_camera, pose,
+                                           impl_->timeOf(impl_->order.at(index)), depth);
+  cv::dilate(covered, covered, cv::getStructuringElement(cv::MORPH_RECT, {5, 5}));
+  return covered == 0;
 }
 
 RGBDFrame

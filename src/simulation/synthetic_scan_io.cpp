@@ -65,7 +65,7 @@ writeImage(const std::string& path, const cv::Mat& image)
 }
 
 void
-writeFrame(const SyntheticScan& scan, const fs::path& folder, std::size_t index)
+writeFrame(const SyntheticScan& scan, const fs::path& folder, bool with_mask, std::size_t index)
 {
   const RGBDFrame frame = scan.read(index);
   const std::string file = stampOf(scan, index) + ".png";
@@ -75,11 +75,13 @@ writeFrame(const SyntheticScan& scan, const fs::path& folder, std::size_t index)
   measured.convertTo(units, CV_16UC1, DEPTH_SCALE);
   writeImage((folder / "rgb" / file).string(), frame.color);
   writeImage((folder / "depth" / file).string(), units);
+  if (with_mask)
+    writeImage((folder / "mask" / file).string(), scan.mask(index));
 }
 
 /** Writes frames in parallel. \return false when `progress` asked to stop. */
 bool
-writeFrames(const SyntheticScan& scan, const fs::path& folder, int threads,
+writeFrames(const SyntheticScan& scan, const fs::path& folder, bool with_masks, int threads,
             const ProgressCallback& progress)
 {
   std::atomic<bool> stop{false}, cancelled{false};
@@ -90,7 +92,7 @@ writeFrames(const SyntheticScan& scan, const fs::path& folder, int threads,
     if (stop)
       continue;
     try {
-      writeFrame(scan, folder, std::size_t(i));
+      writeFrame(scan, folder, with_masks, std::size_t(i));
       ++done;
       // Thread 0 is the one that made the call.
       if (omp_get_thread_num() == 0 && progress && !progress({"frames", done, scan.size()}))
@@ -134,7 +136,7 @@ writeLists(const SyntheticScan& scan, const fs::path& folder)
 }
 
 void
-prepareFolder(const fs::path& folder)
+prepareFolder(const fs::path& folder, bool with_masks)
 {
   boost::system::error_code error;
   if (fs::exists(folder, error)) {
@@ -146,7 +148,10 @@ prepareFolder(const fs::path& folder)
     if (!is_empty)
       throw pcl::IOException("folder '" + folder.string() + "' is not empty; nothing was written");
   }
-  for (const char* part : {"rgb", "depth"})
+  std::vector<const char*> parts{"rgb", "depth"};
+  if (with_masks)
+    parts.push_back("mask");
+  for (const char* part : parts)
     if (!fs::create_directories(folder / part, error) && error)
       throw pcl::IOException("cannot create folder '" + (folder / part).string() +
                              "': " + error.message());
@@ -161,9 +166,9 @@ writeSyntheticScan(const SyntheticScan& scan, const std::string& folder,
   std::string error;
   if (!options.isValid(&error))
     throw pcl::BadArgumentException("writing a synthetic scan: " + error);
-  prepareFolder(folder);
+  prepareFolder(folder, options.masks);
   const int threads = options.num_threads > 0 ? options.num_threads : omp_get_max_threads();
-  if (!writeFrames(scan, folder, threads, progress))
+  if (!writeFrames(scan, folder, options.masks, threads, progress))
     return;
   if (options.surface_spacing > 0) {
     if (progress && !progress({"surface", 0, 1}))

@@ -91,3 +91,17 @@ TEST(MovingThings, ATurntableTurnsBeforeARoomThatStays)
   const double turned = scan.timestamp(scan.size() - 1) * CV_PI / 6;
   EXPECT_NEAR(rotationAngle(motion), std::min(turned, 2 * CV_PI - turned), 1e-6);
 }
+
+TEST(MovingThings, MasksHideThem)
+{
+  SyntheticScanOptions options = smallScan();
+  options.gripper = options.person = true;
+  const SyntheticScan scan(options);
+  for (const std::size_t i : {0, 6, 11}) {
+    const cv::Mat mask = scan.mask(i), things = moved(scan, i);
+    EXPECT_EQ(cv::countNonZero(things & mask), 0) << i;
+    cv::Mat around;
+    cv::dilate(things, around, cv::Mat::ones(5, 5, CV_8UC1));
+    EXPECT_EQ(cv::countNonZero((mask == 0) != around), 0) << i;
+  }
+}

@@ -237,3 +237,19 @@ TEST_F(SimulateProgram, ExitCodesTellFailureFromWrongUse)
   }
   EXPECT_FALSE(fs::exists(out));
 }
+
+TEST(WriteSyntheticScan, WritesMasksWhenAskedTo)
+{
+  SyntheticScanOptions options = smallScan();
+  options.num_frames = 3;
+  options.gripper = true;
+  const SyntheticScan scan(options);
+  const TemporaryFolder folder;
+  SyntheticScanWriteOptions with_masks;
+  with_masks.surface_spacing = 0;
+  with_masks.masks = true;
+  writeSyntheticScan(scan, folder.path("scan"), with_masks);
+  const auto dataset = openDataset(folder.path("scan"));
+  for (std::size_t i = 0; i < scan.size(); ++i)
+    EXPECT_TRUE(areSame(dataset->read(i).depth > 0, scan.mask(i))) << i;
+}

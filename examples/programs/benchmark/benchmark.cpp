@@ -167,7 +167,7 @@ openScan(const std::string& folder, const Condition& condition, const Arguments&
   DatasetOptions options = arguments.dataset;
   options.stride *= condition.keep;
   options.max_frames = (options.max_frames + condition.keep - 1) / condition.keep;
-  RGBDDataset::Ptr dataset = openDataset(folder, options);
+  RGBDDataset::Ptr dataset = openRecording(folder, options);
   if (dataset->groundTruth().empty())
     throw pcl::IOException(folder + ": the recording holds no true poses to compare with");
   if (condition.blur > 0)

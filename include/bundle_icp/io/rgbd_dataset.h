@@ -20,6 +20,14 @@ struct BUNDLE_ICP_EXPORT DatasetOptions {
   /** Intrinsics of the recorded images, distortion included; unset = the format's. If width and
    *  height are 0, the size of the images counts. */
   std::optional<CameraIntrinsics> intrinsics;
+  /** Where `intrinsics` come from, for messages. */
+  std::string intrinsics_source = "the options";
+  /** Horizontal field of view [rad] of a camera with square pixels and its axis in the middle of
+   *  the image, which then stands for the recording's; unset = none is assumed. For
+   *  estimateIntrinsics(). */
+  std::optional<double> field_of_view;
+  /** What is known of the recording beforehand; becomes a part of RGBDDataset::findings(). */
+  std::vector<Finding> findings;
   /** Noise of the depth images; unset = that of the intrinsics, which is the Kinect's by
    *  default. */
   std::optional<DepthNoise> depth_noise;
@@ -40,6 +48,8 @@ struct BUNDLE_ICP_EXPORT DatasetOptions {
   /** True: the distortion is removed from depth as from colour. Right where the sensor's driver
    *  registered depth to the distorted colour image. */
   bool undistort_depth = true;
+  /** True: pixels that are 0 in the images of a folder `mask/` or `masks/` have no depth. */
+  bool use_masks = true;
 
   bool
   isValid(std::string* error = nullptr) const;
@@ -142,13 +152,18 @@ public:
  *    names, or by order where the numbers are ambiguous; `intrinsic.json`
  *    (`camera_intrinsic.json`), column-major, as Open3D writes it.
  *
+ *  Beside the images of any format may lie a folder `mask/` or `masks/` with one image a frame, of
+ *  the size of the colour image: what is 0 in it is left out of features, poses and surface. A mask
+ *  has the name of the colour image (or of the depth image), or is paired as depth is: by time, or
+ *  by number.
+ *
  *  The options' intrinsics and depth scale have precedence. Intrinsics are never invented:
  *  openDataset() throws when neither options, file nor format give them. Depth of 0 or 65535 units
  *  is not measured. Without time stamps, frame n is taken at n / 30 s. Frames are read until one is
  *  good: a file that cannot be decoded does no harm here, but read() throws for its frame.
  *  \throws pcl::IOException naming folder or file and reason: folder missing or empty, format
  *  unknown, no overlap in time, sizes that differ, 8-bit depth, a colour image in place of depth,
- *  no readable frame, intrinsics unknown.
+ *  no readable frame, intrinsics unknown, a mask of another size.
  *  \throws pcl::BadArgumentException for invalid options or impossible intrinsics. */
 BUNDLE_ICP_EXPORT RGBDDataset::Ptr
 openDataset(const std::string& path, const DatasetOptions& options = {});

@@ -49,6 +49,21 @@ struct CalibrationTest {
   std::vector<double> implausible;
 };
 
+/** What a scan says of the focal length, whether or not held-back observations notice: poses, depth
+ *  errors and lens take up much of a wrong one, so that the cost hardly tells. */
+struct WantedFocalLength {
+  double x = 0, y = 0; ///< CalibrationParameter::FOCAL_X and FOCAL_Y, when the lens follows as well
+  /** Standard deviation of their mean, from fits without a part of the frames each; 0 = not
+   *  measured. */
+  double deviation = 0;
+
+  double
+  mean() const
+  {
+    return 0.5 * (x + y);
+  }
+};
+
 /** Largest correction of a parameter that is still one: beyond it the nominal camera is wrong. A
  *  focal length may be corrected by less than 5 %. */
 BUNDLE_ICP_EXPORT double
@@ -59,14 +74,15 @@ struct SelfCalibrationResult {
   std::vector<CalibrationTest> tests;           ///< all corrections, applied or not
   std::vector<CalibrationParameter> calibrated; ///< parameters of the applied corrections
   bool depth_errors = false;                    ///< each frame has a DepthError of its own
+  WantedFocalLength wanted_focal;
 };
 
 /** Finds the corrections that the scan supports. One after the other, the correction is added that
  *  best predicts held-back observations, as long as its gain is significant. A correction beyond
- *  largestCorrection() ends the search and is not applied; one that is 0 within its deviations is
- *  dropped. Afterwards the model
- *  holds the calibration fitted to the frames that took part, with its deviations. adjustBundle()
- *  with the result refines the calibration with all frames, beyond these deviations.
+ *  largestCorrection(), or one that makes square pixels oblong by 2 %, ends the search and is not
+ *  applied; one that is 0 within its deviations is dropped. Afterwards the model holds the
+ *  calibration fitted to the frames that took part, with its deviations. adjustBundle() with the
+ *  result refines the calibration with all frames, beyond these deviations.
  *  \param frames that may take part; their motions in the model must be set
  *  \throws pcl::BadArgumentException for invalid options */
 BUNDLE_ICP_EXPORT SelfCalibrationResult

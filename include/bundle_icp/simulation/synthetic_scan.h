@@ -118,6 +118,11 @@ public:
   RGBDFrame
   readExact(std::size_t index) const;
 
+  /** What of frame `index` belongs to the room: CV_8UC1, 0 where gripper or person are in its
+   *  colour image or within two pixels of that, 255 elsewhere. */
+  cv::Mat
+  mask(std::size_t index) const;
+
   /** Frame rendered from any pose, without any fault. */
   RGBDFrame
   render(const Pose& world_from_camera) const;
@@ -144,6 +149,7 @@ private:
 struct BUNDLE_ICP_EXPORT SyntheticScanWriteOptions {
   /** Spacing of the points in surface.ply [m], 0.001 to 1; 0 = no such file. */
   double surface_spacing = 0.005;
+  bool masks = false;  ///< also `mask/`: SyntheticScan::mask() of each frame
   int num_threads = 0; ///< 0 = all
 
   bool
@@ -152,8 +158,8 @@ struct BUNDLE_ICP_EXPORT SyntheticScanWriteOptions {
 
 /** Writes the scan as a TUM RGB-D folder: `rgb/`, `depth/` (16 bit, 5000 units per metre),
  *  `rgb.txt`, `depth.txt`, `groundtruth.txt` at the stamps of colour, `intrinsics.txt` (`fx fy cx
- *  cy`, then `depth_scale 5000`), and `surface.ply`, the visibleSurface(). The lists are written
- *  last: a folder with lists is complete.
+ *  cy`, then `depth_scale 5000`), `surface.ply`, the visibleSurface(), and `mask/` where asked
+ *  for. The lists are written last: a folder with lists is complete.
  *
  *  \param[in] folder must be empty or not exist
  *  \throws pcl::IOException naming file and reason; existing files are not touched.

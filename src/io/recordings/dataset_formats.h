@@ -15,6 +15,7 @@ struct RecordedFrame {
   std::size_t id = 0;
   double timestamp = 0; ///< [s]
   std::string color_file, depth_file;
+  std::string mask_file = {}; ///< empty = none
 };
 
 /** Result of a format's reader: everything about a recording except its pixels. */
@@ -29,6 +30,8 @@ struct Recording {
   bool has_times = true;                      ///< the stamps are times of the recording
   bool is_seven_scenes = false; ///< made by the 7-Scenes camera unless intrinsics say otherwise
   Trajectory ground_truth;
+  std::string
+      mask_rule; ///< where masks come from, for messages; empty = there is no folder of them
   std::vector<SkippedFile> skipped;
   std::vector<Finding> findings;
 };

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#include "common/left_out.h"
 #include "io/image_file.h"
 #include "io/recordings/calibration_files.h"
+#include "io/recordings/masks.h"
 #include "io/recordings/repeated_frames.h"
 #include "io/recordings/seven_scenes_warp.h"
 #include "io/recordings/unused_files.h"
@@ -173,19 +175,41 @@ ImageFileDataset::makeUndistortionMaps()
                               CV_16SC2, map_, map_fraction_);
 }
 
+// What the frame's mask leaves out; empty without a mask.
+cv::Mat
+readLeftOut(const RecordedFrame& frame, const cv::Size& size)
+{
+  if (frame.mask_file.empty())
+    return {};
+  cv::Mat left_out = readMask(frame.mask_file, size);
+  if (cv::countNonZero(left_out) == size.area())
+    throw pcl::IOException(frame.mask_file + ": the mask leaves out the whole image");
+  return left_out;
+}
+
 RGBDFrame
 ImageFileDataset::read(std::size_t index) const
 {
   const RecordedFrame& recorded = recording_.frames.at(index);
   auto [color, depth] = readImages(recorded);
   checkSize(recorded, color.size(), camera_, recording_.intrinsics_source);
-  if (warps_color_)
+  cv::Mat left_out = readLeftOut(recorded, color.size());
+  if (warps_color_) {
     color = warpSevenScenesColor(color, depth);
+    if (!left_out.empty())
+      left_out = warpSevenScenesColor(left_out, depth) >= 128; // a mask belongs to colour
+  }
   if (!map_.empty()) {
     cv::Mat undistorted_color, undistorted_depth;
     cv::remap(color, undistorted_color, map_, map_fraction_, cv::INTER_LINEAR,
               cv::BORDER_REPLICATE);
     color = undistorted_color;
+    if (!left_out.empty()) {
+      cv::Mat undistorted_mask;
+      cv::remap(left_out, undistorted_mask, map_, map_fraction_, cv::INTER_NEAREST,
+                cv::BORDER_CONSTANT);
+      left_out = undistorted_mask;
+    }
     if (undistort_depth_) {
       // Nearest neighbour: a mean of two depths is a point on neither surface.
       cv::remap(depth, undistorted_depth, map_, map_fraction_, cv::INTER_NEAREST,
@@ -198,15 +222,23 @@ ImageFileDataset::read(std::size_t index) const
   frame.timestamp = recorded.timestamp;
   frame.color = color;
   frame.depth = depthInMetres(depth, recording_.depth_scale);
+  if (!left_out.empty())
+    leaveOut(left_out, frame.depth);
   return frame;
 }
 
 // The camera of the recorded images, its size taken from them where the source has
-// none.
+// none; that of a field of view where one is given.
 CameraIntrinsics
-recordedCamera(const Recording& recording, const std::string& folder, const cv::Size& size)
+recordedCamera(const Recording& recording, const std::string& folder, const cv::Size& size,
+               double field_of_view)
 {
-  CameraIntrinsics camera = *recording.intrinsics;
+  CameraIntrinsics camera = recording.intrinsics.value_or(CameraIntrinsics());
+  if (field_of_view > 0) {
+    camera.cx = 0.5 * (size.width - 1);
+    camera.cy = 0.5 * (size.height - 1);
+    camera.fx = camera.fy = 0.5 * size.width / std::tan(0.5 * field_of_view);
+  }
   if (camera.width == 0 && camera.height == 0) {
     camera.width = size.width;
     camera.height = size.height;
@@ -221,7 +253,7 @@ recordedCamera(const Recording& recording, const std::string& folder, const cv::
 // Reads frames until one is good, so that a fault of the whole recording is found now,
 // while a few bad files at its beginning do no harm.
 CameraIntrinsics
-probeCamera(const Recording& recording, const std::string& folder)
+probeCamera(const Recording& recording, const std::string& folder, double field_of_view)
 {
   const std::size_t most_unsuitable = 10;
   std::size_t num_unsuitable = 0;
@@ -229,7 +261,7 @@ probeCamera(const Recording& recording, const std::string& folder)
   for (const RecordedFrame& frame : recording.frames) {
     try {
       const cv::Size size = readImages(frame).color.size();
-      const CameraIntrinsics camera = recordedCamera(recording, folder, size);
+      const CameraIntrinsics camera = recordedCamera(recording, folder, size, field_of_view);
       checkSize(frame, size, camera, recording.intrinsics_source);
       return camera;
     }
@@ -269,6 +301,8 @@ sayAssumptions(const CameraIntrinsics& camera, const DatasetOptions& options, Re
            recording.intrinsics_source,
        {{"fx_px", camera.fx}, {"fy_px", camera.fy}, {"cx_px", camera.cx}, {"cy_px", camera.cy}},
        ""}};
+  recording.findings.insert(recording.findings.begin(), options.findings.begin(),
+                            options.findings.end());
   recording.findings.insert(recording.findings.begin(), notes.begin(), notes.end());
 }
 
@@ -281,7 +315,8 @@ refuseWithoutIntrinsics(const Recording& recording, const std::string& folder)
   throw pcl::IOException(folder + ": the camera's intrinsics are unknown (" + recording.format +
                          " recording without a calibration" +
                          (beside.empty() ? "" : " of a known form; in the folder lies " + beside) +
-                         "); give them with --intrinsics fx,fy,cx,cy[,k1,k2,p1,p2,k3]");
+                         "); give them with --intrinsics fx,fy,cx,cy[,k1,k2,p1,p2,k3], or have the "
+                         "focal length estimated by --intrinsics estimate");
 }
 
 } // namespace
@@ -291,7 +326,13 @@ makeImageFileDataset(Recording recording, const std::string& folder, const Datas
 {
   if (options.intrinsics) {
     recording.intrinsics = options.intrinsics;
-    recording.intrinsics_source = "the options";
+    recording.intrinsics_source = options.intrinsics_source;
+  }
+  else if (options.field_of_view) {
+    recording.intrinsics.emplace();
+    recording.intrinsics_source = "a field of view of " +
+                                  shortText(*options.field_of_view * 180 / M_PI, 3) +
+                                  " degrees that is assumed";
   }
   if (options.depth_scale)
     recording.depth_scale_source = "the options";
@@ -301,12 +342,16 @@ makeImageFileDataset(Recording recording, const std::string& folder, const Datas
     refuseWithoutIntrinsics(recording, folder);
   if (options.depth_noise)
     recording.intrinsics->depth_noise = *options.depth_noise;
-  const CameraIntrinsics camera = probeCamera(recording, folder);
+  const double field_of_view = options.intrinsics ? 0 : options.field_of_view.value_or(0);
+  const CameraIntrinsics camera = probeCamera(recording, folder, field_of_view);
   sayAssumptions(camera, options, recording);
+  if (options.use_masks)
+    pairMasks(folder, options.max_time_difference, recording);
   const std::vector<Finding> unused = unusedFiles(recording, folder);
   recording.findings.insert(recording.findings.end(), unused.begin(), unused.end());
   select(recording.frames, options);
   leaveOutRepeatedFrames(recording);
+  sayMasks({camera.width, camera.height}, recording);
   return std::make_shared<ImageFileDataset>(std::move(recording), camera, options);
 }
 

@@ -5,11 +5,9 @@
 #include "io/recordings/pairing.h"
 #include "io/recordings/time_stamps.h"
 
-#include <boost/algorithm/string/case_conv.hpp>
 #include <boost/filesystem.hpp>
 #include <pcl/exceptions.h>
 
-#include <numeric>
 #include <set>
 
 namespace bundle_icp {
@@ -17,30 +15,6 @@ namespace bundle_icp {
 namespace fs = boost::filesystem;
 
 namespace {
-
-// The images of a folder, in the order of what differs between their names.
-Stream
-listImages(const fs::path& folder)
-{
-  const std::set<std::string> extensions = {".png",  ".jpg", ".jpeg", ".bmp", ".tif",
-                                            ".tiff", ".pgm", ".ppm",  ".pnm"};
-  Stream images;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder))
-    if (extensions.count(boost::to_lower_copy(entry.path().extension().string())) &&
-        entry.path().filename().string().front() != '.')
-      images.push_back({0, 0, entry.path().string()});
-  if (images.empty())
-    throw pcl::IOException(folder.string() + ": the folder holds no image");
-  const std::vector<std::vector<std::string>> parts = distinguishingParts(stemsOf(images));
-  std::vector<std::size_t> order(images.size());
-  std::iota(order.begin(), order.end(), std::size_t(0));
-  std::sort(order.begin(), order.end(),
-            [&](std::size_t a, std::size_t b) { return comesBefore(parts[a], parts[b]); });
-  Stream sorted;
-  for (const std::size_t i : order)
-    sorted.push_back(images[i]);
-  return sorted;
-}
 
 // Numbers each image by the first number that differs, or by its place; its time is n / 30 s.
 void
@@ -106,7 +80,8 @@ countSameNames(const Stream& color, const Stream& depth)
 void
 collectFrames(const std::string& folder, const DatasetOptions& options, Recording& recording)
 {
-  Stream color = listImages(colorFolder(folder)), depth = listImages(fs::path(folder) / "depth");
+  Stream color = listImages(colorFolder(folder).string()),
+         depth = listImages((fs::path(folder) / "depth").string());
   const std::optional<TimeUnit> color_unit = takeTimes(color), depth_unit = takeTimes(depth);
   const bool are_times = color_unit && depth_unit;
   if (are_times)

@@ -6,12 +6,15 @@
 #include "io/recordings/name_numbers.h"
 #include "io/text_file.h"
 
+#include <boost/algorithm/string/case_conv.hpp>
 #include <boost/filesystem.hpp>
 #include <pcl/exceptions.h>
 
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numeric>
+#include <set>
 
 namespace bundle_icp {
 namespace {
@@ -139,6 +142,30 @@ sayNames(std::size_t num_color, std::size_t num_depth, Recording& recording,
 }
 
 } // namespace
+
+Stream
+listImages(const std::string& folder)
+{
+  const std::set<std::string> extensions = {".png",  ".jpg", ".jpeg", ".bmp", ".tif",
+                                            ".tiff", ".pgm", ".ppm",  ".pnm"};
+  Stream images;
+  for (const boost::filesystem::directory_entry& entry :
+       boost::filesystem::directory_iterator(folder))
+    if (extensions.count(boost::to_lower_copy(entry.path().extension().string())) &&
+        entry.path().filename().string().front() != '.')
+      images.push_back({0, 0, entry.path().string()});
+  if (images.empty())
+    throw pcl::IOException(folder + ": the folder holds no image");
+  const std::vector<std::vector<std::string>> parts = distinguishingParts(stemsOf(images));
+  std::vector<std::size_t> order(images.size());
+  std::iota(order.begin(), order.end(), std::size_t(0));
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t a, std::size_t b) { return comesBefore(parts[a], parts[b]); });
+  Stream sorted;
+  for (const std::size_t i : order)
+    sorted.push_back(images[i]);
+  return sorted;
+}
 
 std::vector<std::string>
 stemsOf(const Stream& stream)

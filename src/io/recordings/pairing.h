@@ -33,6 +33,11 @@ pairByName(const Stream& color, const Stream& depth, const std::string& folder,
 bool
 namesRise(const Stream& stream);
 
+/** The images of a folder, in the order of what differs between their names.
+ *  \throws pcl::IOException when there are none. */
+Stream
+listImages(const std::string& folder);
+
 /** The names of a stream's images without folder and extension. */
 std::vector<std::string>
 stemsOf(const Stream& stream);
