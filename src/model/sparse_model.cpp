@@ -57,6 +57,15 @@ SparseModel::registerFrame(const ImageGraph& graph, std::size_t frame,
 }
 
 void
+SparseModel::removeFrame(std::size_t frame)
+{
+  for (std::size_t feature = 0; feature < frames_[frame].points.size(); ++feature)
+    if (frames_[frame].points[feature] >= 0)
+      removeObservation({frame, int(feature)});
+  registerFrame(frame, Pose::Identity(), -1);
+}
+
+void
 SparseModel::extendTracks(const ImageGraph& graph, std::size_t frame, const TrackOptions& options)
 {
   frames_[frame].points.resize(graph.features(frame).size(), -1);

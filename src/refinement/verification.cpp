@@ -88,9 +88,11 @@ private:
   doubtContradicted();
   void
   doubtUnsupported();
+  void
+  keepRefutedOfBadScan();
   template <class Score>
   void
-  doubtWorstFirst(double bound, const Score& score, const std::string& doubt);
+  doubtWorstFirst(double bound, double refuting, const Score& score, const std::string& doubt);
 
   const ImageGraph& graph_;
   const SparseModel& model_;
@@ -207,7 +209,8 @@ Verifier::agreement(std::size_t frame) const
 /** Makes the frame of the highest score doubtful until none lies above the bound. */
 template <class Score>
 void
-Verifier::doubtWorstFirst(double bound, const Score& score, const std::string& doubt)
+Verifier::doubtWorstFirst(double bound, double refuting, const Score& score,
+                          const std::string& doubt)
 {
   std::vector<double> scores(graph_.size(), 0);
   for (const std::size_t frame : registered_)
@@ -219,6 +222,7 @@ Verifier::doubtWorstFirst(double bound, const Score& score, const std::string& d
     if (scores.empty() || !(scores[worst] > bound))
       return;
     frames_[worst].verdict = FrameVerdict::DOUBTFUL;
+    frames_[worst].refuted = scores[worst] > refuting;
     std::ostringstream text;
     text.precision(2);
     text << doubt << scores[worst];
@@ -244,7 +248,7 @@ Verifier::doubtDisplaced()
   const double bound = std::clamp(spread.median + MAX_DEVIATIONS * spread.deviation,
                                   MAX_DISPLACEMENT, DOUBTFUL_DISPLACEMENT);
   doubtWorstFirst(
-      bound, [this](std::size_t frame) { return displacement(frame); },
+      bound, DOUBTFUL_DISPLACEMENT, [this](std::size_t frame) { return displacement(frame); },
       "its matches want it displaced, in standard deviations of a match: ");
 }
 
@@ -261,7 +265,8 @@ Verifier::doubtContradicted()
   const Spread spread = spreadOf(disagreements);
   doubtWorstFirst(std::clamp(spread.median + MAX_DEVIATIONS * spread.deviation, 1 - GOOD_AGREEMENT,
                              1 - MIN_AGREEMENT),
-                  disagreement, "share of its depth in free space of other frames: ");
+                  1 - MIN_AGREEMENT, disagreement,
+                  "share of its depth in free space of other frames: ");
 }
 
 /** A pose that nothing contradicts, because nothing is compared with it, is not a good one. */
@@ -283,6 +288,17 @@ Verifier::doubtUnsupported()
   }
 }
 
+/** Where many frames are refuted, nothing says which of them are right. */
+void
+Verifier::keepRefutedOfBadScan()
+{
+  const auto refuted = std::count_if(frames_.begin(), frames_.end(),
+                                     [](const VerifiedFrame& frame) { return frame.refuted; });
+  if (double(refuted) >= MANY_FRAMES * double(registered_.size()))
+    for (VerifiedFrame& frame : frames_)
+      frame.refuted = false;
+}
+
 std::vector<VerifiedFrame>
 Verifier::run()
 {
@@ -293,6 +309,7 @@ Verifier::run()
   doubtDisplaced();
   doubtContradicted();
   doubtUnsupported();
+  keepRefutedOfBadScan();
   for (const std::size_t frame : registered_) {
     const DepthAgreement sum = agreement(frame);
     frames_[frame].depth_agreement = sum.compared() > 0 ? sum.agree / sum.compared() : 0;

@@ -18,6 +18,9 @@ namespace bundle_icp {
 struct VerifiedFrame {
   FrameVerdict verdict = FrameVerdict::LEFT_OUT;
   std::string doubt; ///< why the frame is doubtful
+  /** The frame is doubtful even by the standards of a scan that is bad as a whole, and most of the
+   *  scan is not: it is better without a pose. */
+  bool refuted = false;
   /** Share of its depth that agrees with what others saw there, of that which agrees or lies in
    *  front of it, in either direction. */
   double depth_agreement = 0;

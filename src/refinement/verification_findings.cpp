@@ -11,8 +11,8 @@
 namespace bundle_icp {
 namespace {
 
-/** Share of doubtful frames from which the scan suffers in part, and as a whole. */
-constexpr double SOME_FRAMES = 0.02, MANY_FRAMES = 0.2;
+/** Share of doubtful frames from which the scan suffers in part. */
+constexpr double SOME_FRAMES = 0.02;
 /** Median share of depth that agrees, below which the scan contradicts itself. */
 constexpr double MIN_SCAN_AGREEMENT = 0.7;
 /** Median displacement by matches beyond which poses and images do not fit [sigma]. */
@@ -26,7 +26,7 @@ constexpr double MAX_GAP = 0.5;
 
 /** Of the frames with a pose. */
 struct Summary {
-  double registered = 0, doubtful = 0;
+  double registered = 0, doubtful = 0, refuted = 0;
   double agreement = 0, displacement = 0; ///< medians
 };
 
@@ -40,6 +40,9 @@ summarise(const std::vector<VerifiedFrame>& frames)
       continue;
     summary.registered += 1;
     summary.doubtful += frame.verdict == FrameVerdict::DOUBTFUL;
+    summary.refuted += frame.refuted;
+    if (frame.refuted)
+      continue;
     agreements.push_back(frame.depth_agreement);
     displacements.push_back(frame.displacement);
   }
@@ -50,9 +53,13 @@ summarise(const std::vector<VerifiedFrame>& frames)
 
 /** Frames that a hand cannot have moved to and from in the time that the stamps say. */
 std::size_t
-countJumps(const ImageGraph& graph, const SparseModel& model, std::size_t& compared)
+countJumps(const ImageGraph& graph, const SparseModel& model,
+           const std::vector<VerifiedFrame>& verified, std::size_t& compared)
 {
   std::vector<std::size_t> frames = model.registeredFrames(0);
+  frames.erase(std::remove_if(frames.begin(), frames.end(),
+                              [&verified](std::size_t frame) { return verified[frame].refuted; }),
+               frames.end());
   std::stable_sort(frames.begin(), frames.end(), [&graph](std::size_t a, std::size_t b) {
     return graph.timestamp(a) < graph.timestamp(b);
   });
@@ -87,8 +94,11 @@ addFrames(const Summary& summary, std::vector<Finding>& findings)
                               : Severity::NOTE,
        "doubtful_frames",
        formatText("the poses of %.0f of %.0f frames are contradicted by other frames",
-                  summary.doubtful, summary.registered),
-       {{"doubtful_frames", summary.doubtful}, {"frames", summary.registered}},
+                  summary.doubtful, summary.registered) +
+           (summary.refuted > 0 ? formatText(", of which %.0f are left out", summary.refuted) : ""),
+       {{"doubtful_frames", summary.doubtful},
+        {"left_out_frames", summary.refuted},
+        {"frames", summary.registered}},
        "report.json names them and says why; leave them out or record the place again"});
 }
 
@@ -142,7 +152,7 @@ poseFindings(const ImageGraph& graph, const SparseModel& model,
                         "check intrinsics, the unit of depth and whether colour and depth belong "
                         "together"});
   std::size_t compared = 0;
-  const std::size_t jumps = has_times ? countJumps(graph, model, compared) : 0;
+  const std::size_t jumps = has_times ? countJumps(graph, model, frames, compared) : 0;
   if (jumps > 0)
     findings.push_back(
         {Severity::WARNING,

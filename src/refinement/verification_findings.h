@@ -8,6 +8,9 @@
 
 namespace bundle_icp {
 
+/** Share of doubtful frames from which a scan is bad as a whole. */
+constexpr double MANY_FRAMES = 0.2;
+
 /** Pairs of frames whose matches were compared with the poses. */
 struct PairCounts {
   std::size_t compared = 0, contradicted = 0;

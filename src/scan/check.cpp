@@ -68,7 +68,7 @@ takeSample(const RGBDDataset& dataset, const CheckOptions& options)
   sample.looks.resize(sample.frames.size());
   parallelFor(sample.frames.size(), options.num_threads, {}, [&](std::size_t i) {
     try {
-      sample.looks[i] = lookAt(dataset.read(sample.frames[i]));
+      sample.looks[i] = lookAt(dataset.read(sample.frames[i]), dataset.camera());
     }
     catch (const pcl::IOException&) {
       // An image that cannot be read is reported by the reconstruction, with its name.
@@ -113,29 +113,37 @@ checkCamera(const CameraIntrinsics& camera, std::vector<Finding>& findings)
                         "check whether the images were scaled; see --intrinsics"});
 }
 
-/** The unit that would put the depth into a room. */
+/** The units that would put the depth into a room. */
 std::string
 likelyUnit(double depth)
 {
   const std::pair<double, const char*> factors[] = {
       {10, "ten times as many units per metre, such as 10000 for 0.1 mm"},
-      {5, "five times as many, such as TUM's 5000"},
-      {1000, "a thousand times as many"},
+      {5, "five times as many units per metre, such as TUM's 5000"},
+      {1000, "a thousand times as many units per metre"},
       {0.1, "a tenth of the units per metre"},
       {0.2, "a fifth of the units per metre"},
       {0.001, "a thousandth of the units per metre"}};
+  std::string units;
   for (const auto& [factor, name] : factors)
     if (depth / factor > 0.4 && depth / factor < 4)
-      return name;
-  return "another unit";
+      units += (units.empty() ? "" : ", or ") + std::string(name);
+  return units.empty() ? "another unit" : units;
 }
 
-/** Nearest depth that any sensor of the kind measures, from the makers' data sheets [m]: Kinect,
- *  Xtion and Astra 0.4 to 0.35; D405 0.07, others of its series more; Azure Kinect, L515 0.25. */
-double
-nearestDepthOf(const std::string& sensor)
+/** Depths between which a scene lies that a sensor measures well, from the makers' data sheets [m]:
+ *  Kinect, Xtion and Astra from 0.35 to 0.4 m on; D405 0.07, others of its series more; Azure
+ *  Kinect and L515 0.25, and farther than the others. The largest median depth. */
+struct SensorRange {
+  double nearest, farthest_median;
+};
+
+SensorRange
+rangeOf(const std::string& sensor)
 {
-  return sensor == "kinect" ? 0.3 : sensor == "tof" || sensor == "lidar" ? 0.2 : 0.05;
+  if (sensor == "kinect")
+    return {0.3, 4};
+  return sensor == "tof" || sensor == "lidar" ? SensorRange{0.2, 6} : SensorRange{0.05, 5};
 }
 
 void
@@ -158,15 +166,17 @@ checkUnits(const Sample& sample, const DepthNoise& noise, std::vector<Finding>& 
     return;
   }
   // What is held before the camera may be nearer than its sensor measures; a whole scene is not.
-  constexpr double smallest_scene = 1;
+  constexpr double smallest_scene = 1, farthest_scene = 10; // nine tenths of the depth [m]
   const double depth = medianOf(depths), near = medianOf(nearest), far = medianOf(farthest);
   const std::string sensor = sensorName(noise);
-  const bool is_room = depth >= 0.2 && depth <= 5;
-  const bool is_seen = near >= nearestDepthOf(sensor) || far > smallest_scene;
+  const SensorRange range = rangeOf(sensor);
+  const bool is_room = depth >= 0.2 && depth <= range.farthest_median && far <= farthest_scene;
+  const bool is_seen = near >= range.nearest || far > smallest_scene;
   findings.push_back({is_room && is_seen ? Severity::NOTE : Severity::FAULT,
                       "units",
                       "the median depth is " + text(depth) + " m" +
-                          (!is_room   ? ", which is no room's: likely a wrong unit"
+                          (!is_room ? " and a tenth is farther than " + text(far) +
+                                          " m, which is no room's: likely a wrong unit"
                            : !is_seen ? ", most lies between " + text(near) + " and " + text(far) +
                                             " m, partly too near for the sensor (" + sensor +
                                             "): likely a wrong unit"
@@ -234,54 +244,52 @@ checkRepetitions(const Sample& sample, std::vector<Finding>& findings)
                           "leave out the repeated images"});
 }
 
-/** How much neighbours differ: mean difference of grey, share of the pixels whose depth changes. */
-struct Change {
-  double grey = 0, depth = 0;
-};
-
-Change
-changeBetween(const FrameLook& look, const FrameLook& before)
-{
-  constexpr float changed = 0.03f; // of the depth: beyond noise
-  const cv::Mat both = (look.small_depth > 0) & (before.small_depth > 0);
-  const cv::Mat moved =
-      cv::abs(look.small_depth - before.small_depth) > changed * before.small_depth;
-  return {cv::mean(cv::abs(look.small_grey - before.small_grey))[0],
-          double(cv::countNonZero(moved & both)) / std::max(1, cv::countNonZero(both))};
-}
-
-/** Neighbours whose colour stays while depth moves on as elsewhere: images that were repeated, and
- *  then encoded or filtered anew. */
-void
-checkFrozenColor(const Sample& sample, std::vector<Finding>& findings)
+/** Pairs of neighbours whose first measure is far below what is usual, while the second one is as
+ *  usual; 0 where these are too few to be more than chance. */
+std::size_t
+countFrozen(const std::vector<double>& staying, const std::vector<double>& moving)
 {
   constexpr double stays = 0.2, moves = 0.6;
-  std::vector<Change> changes;
-  std::vector<double> grey;
+  std::vector<double> sorted = staying;
+  std::sort(sorted.begin(), sorted.end());
+  const double usual = sorted.empty() ? 0 : sorted[sorted.size() * 9 / 10];
+  std::vector<double> of_frozen, of_others;
+  for (std::size_t i = 0; i < staying.size(); ++i)
+    (staying[i] < stays * usual ? of_frozen : of_others).push_back(moving[i]);
+  const bool is_chance = of_frozen.size() < 3 || 5 * of_frozen.size() < staying.size();
+  return is_chance || medianOf(of_frozen) < moves * medianOf(of_others) ? 0 : of_frozen.size();
+}
+
+/** Neighbours one of whose images stays while the other one moves on as elsewhere: images that were
+ *  repeated, and then encoded or filtered anew. */
+void
+checkFrozen(const Sample& sample, std::vector<Finding>& findings)
+{
+  std::vector<double> grey, depth;
   for (std::size_t i = 1; i < sample.looks.size(); ++i) {
     const FrameLook &look = sample.looks[i], &before = sample.looks[i - 1];
     if (sample.places[i] != sample.places[i - 1] + 1 || !look.is_read || !before.is_read ||
-        look.color_hash == before.color_hash)
+        look.color_hash == before.color_hash || look.depth_hash == before.depth_hash)
       continue;
-    changes.push_back(changeBetween(look, before));
-    grey.push_back(changes.back().grey);
+    if (look.depth_edges.empty() || before.depth_edges.empty())
+      continue; // depth of a wall alone stays as it is
+    grey.push_back(cv::mean(cv::abs(look.small_grey - before.small_grey))[0]);
+    depth.push_back(1 - look.depth_edges.dot(before.depth_edges));
   }
-  std::sort(grey.begin(), grey.end());
-  const double usual = grey.empty() ? 0 : grey[grey.size() * 9 / 10];
-  std::vector<double> of_frozen, of_others;
-  for (const Change& change : changes)
-    (change.grey < stays * usual ? of_frozen : of_others).push_back(change.depth);
-  if (of_frozen.size() < 3 || 5 * of_frozen.size() < changes.size() ||
-      medianOf(of_frozen) < moves * medianOf(of_others))
-    return;
-  findings.push_back({Severity::FAULT,
-                      "repeated_images",
-                      "in " + std::to_string(of_frozen.size()) + " of " +
-                          std::to_string(changes.size()) +
-                          " neighbouring frames the colour image stays as it was while the depth "
-                          "image moves on",
-                      {{"share", double(of_frozen.size()) / double(changes.size())}},
-                      "leave out the repeated images"});
+  const auto check = [&](const std::vector<double>& staying, const std::string& name,
+                         const std::vector<double>& moving, const std::string& other) {
+    const std::size_t count = countFrozen(staying, moving);
+    if (count > 0)
+      findings.push_back({Severity::FAULT,
+                          "repeated_images",
+                          "in " + std::to_string(count) + " of " + std::to_string(staying.size()) +
+                              " neighbouring frames the " + name +
+                              " image stays as it was while the " + other + " image moves on",
+                          {{"share", double(count) / double(staying.size())}},
+                          "leave out the repeated images"});
+  };
+  check(grey, "colour", depth, "depth");
+  check(depth, "depth", grey, "colour");
 }
 
 void
@@ -329,9 +337,13 @@ checkRecording(const RGBDDataset& dataset, const CheckOptions& options)
   const Sample sample = takeSample(dataset, options);
   checkCamera(dataset.camera(), findings);
   checkUnits(sample, dataset.camera().depth_noise, findings);
+  std::vector<DepthNumbers> numbers;
+  for (const FrameLook& look : sample.looks)
+    numbers.push_back(look.numbers);
+  checkNumbers(numbers, findings);
   checkTogether(sample, options.num_threads, findings);
   checkRepetitions(sample, findings);
-  checkFrozenColor(sample, findings);
+  checkFrozen(sample, findings);
   checkFrames(sample, findings);
   checkGaps(dataset, findings);
   return findings;

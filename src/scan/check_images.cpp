@@ -94,7 +94,7 @@ normalised(const cv::Mat& image)
 }
 
 FrameLook
-lookAt(const RGBDFrame& frame)
+lookAt(const RGBDFrame& frame, const CameraIntrinsics& camera)
 {
   FrameLook look;
   look.is_read = true;
@@ -111,13 +111,15 @@ lookAt(const RGBDFrame& frame)
   look.color_hash = hashOf(frame.color);
   look.depth_hash = hashOf(frame.depth);
   lookAtDepth(frame.depth, look);
+  look.numbers = numbersOf(frame.depth, camera);
   const double scale = std::min(1.0, double(EDGE_WIDTH) / frame.color.cols);
   const cv::Size size(std::max(3, int(frame.color.cols * scale)),
                       std::max(3, int(frame.color.rows * scale)));
   cv::resize(grey, grey, size, 0, 0, cv::INTER_AREA);
   grey.convertTo(look.small_grey, CV_32F);
-  cv::resize(frame.depth, look.small_depth, size, 0, 0, cv::INTER_NEAREST);
-  look.depth_edges = depthEdges(look.small_depth);
+  cv::Mat small_depth;
+  cv::resize(frame.depth, small_depth, size, 0, 0, cv::INTER_NEAREST);
+  look.depth_edges = depthEdges(small_depth);
   look.color_edges = colorEdges(look.small_grey);
   return look;
 }

@@ -2,7 +2,8 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #pragma once
 
-#include <bundle_icp/common/camera_intrinsics.h>
+#include "scan/depth_numbers.h"
+
 #include <bundle_icp/common/rgbd_frame.h>
 
 namespace bundle_icp {
@@ -20,15 +21,15 @@ struct FrameLook {
   double median_depth = 0; ///< [m]; 0 without depth
   double near_depth = 0;   ///< a tenth of the depth is nearer [m]; 0 without depth
   double far_depth = 0;    ///< a tenth of the depth is farther [m]; 0 without depth
-  cv::Mat depth_edges;     ///< CV_32FC1, small: where the depth jumps, mean 0, norm 1 or empty
-  cv::Mat color_edges;     ///< CV_32FC1, of the same size, mean 0, norm 1 or empty
-  cv::Mat small_grey;      ///< CV_32FC1, of the same size
-  cv::Mat small_depth;     ///< CV_32FC1, of the same size [m]
+  DepthNumbers numbers;
+  cv::Mat depth_edges; ///< CV_32FC1, small: where the depth jumps, mean 0, norm 1 or empty
+  cv::Mat color_edges; ///< CV_32FC1, of the same size, mean 0, norm 1 or empty
+  cv::Mat small_grey;  ///< CV_32FC1, of the same size
   std::uint64_t color_hash = 0, depth_hash = 0; ///< of all bytes
 };
 
 FrameLook
-lookAt(const RGBDFrame& frame);
+lookAt(const RGBDFrame& frame, const CameraIntrinsics& camera);
 
 /** Mean 0 and norm 1; empty when nothing differs. */
 cv::Mat

@@ -16,18 +16,18 @@ namespace {
 constexpr std::size_t FEWEST_FRAMES = 6, MANY_FRAMES = 12;
 /** A mean so many of its standard deviations above 0, and so large, is no chance, though many
  *  places are tried: where depth lies right it is below 0 in all of them. */
-constexpr double SURE = 3, MIN_GAIN_IN_TIME = 0.02, MIN_GAIN_IN_PLACE = 0.06;
+constexpr double SURE = 3, MIN_GAIN_IN_TIME = 0.02, MIN_GAIN_IN_HALF = 0.04,
+                 MIN_GAIN_IN_PLACE = 0.06;
 /** Edges that lie right agree by more than this, ... */
 constexpr double MIN_AGREEMENT = 0.13;
 /** ... and edges that lie elsewhere have at most this share of it at their own place. */
 constexpr double MOST_ELSEWHERE = 0.75;
 /** Agreement of two views from which they are one and the same. */
 constexpr double SAME_VIEW = 0.8;
-/** Agreement of a chance. */
-constexpr double CHANCE = 0.02;
-/** Shifts and zooms beyond those of two cameras side by side: their share of the image's width, and
- *  their logarithm. The depth of the first Kinect, not registered, is zoomed by 0.9. */
-constexpr double FAR_SHIFT = 0.05, FAR_ZOOM = 0.13;
+/** Agreement of a chance, and the share of other views that agree better by chance. */
+constexpr double CHANCE = 0.02, CHANCE_OF_BETTER = 0.15;
+/** Shifts up to this share of the image's width are mended by self-calibration, zooms are not. */
+constexpr double FAR_SHIFT = 0.05;
 
 /** A mean and how many of its standard deviations it lies above 0. */
 struct Mean {
@@ -53,15 +53,20 @@ meanOf(const std::vector<double>& values)
   return result;
 }
 
+/** Frames of a sample, from `begin` to before `end`. */
+struct Window {
+  std::size_t begin, end;
+};
+
 /** How much better the depth edges of each frame lie on the colour edges of the frame `shift`
  *  later in its run than on its own. */
 Mean
-gainOfShift(const Sample& sample, std::ptrdiff_t shift)
+gainOfShift(const Sample& sample, const Window& window, std::ptrdiff_t shift)
 {
   std::vector<double> gains;
-  for (std::size_t i = 0; i < sample.looks.size(); ++i) {
+  for (std::size_t i = window.begin; i < window.end; ++i) {
     const std::ptrdiff_t j = std::ptrdiff_t(i) + shift;
-    if (j < 0 || j >= std::ptrdiff_t(sample.looks.size()) ||
+    if (j < std::ptrdiff_t(window.begin) || j >= std::ptrdiff_t(window.end) ||
         std::ptrdiff_t(sample.places[std::size_t(j)]) - std::ptrdiff_t(sample.places[i]) !=
             shift * std::ptrdiff_t(sample.step))
       continue;
@@ -70,6 +75,27 @@ gainOfShift(const Sample& sample, std::ptrdiff_t shift)
       gains.push_back(agreement(look, other) - agreement(look, look));
   }
   return meanOf(gains);
+}
+
+struct Shift {
+  std::ptrdiff_t frames = 0; ///< 0: none that is no chance
+  Mean gain;
+};
+
+/** The shift of the largest gain. */
+Shift
+bestShift(const Sample& sample, const Window& window, double min_gain)
+{
+  Shift best{0, {0, min_gain, 0}};
+  const auto most = std::ptrdiff_t(window.end - window.begin) - 1;
+  for (std::ptrdiff_t shift = -most; shift <= most; ++shift) {
+    const Mean gain = gainOfShift(sample, window, shift);
+    const double few =
+        std::sqrt(double(MANY_FRAMES) / double(std::max<std::size_t>(1, gain.count)));
+    if (shift != 0 && gain.mean > best.gain.mean && gain.deviations > SURE * std::max(1.0, few))
+      best = {shift, gain};
+  }
+  return best;
 }
 
 std::vector<FrameLook>
@@ -109,34 +135,29 @@ struct Elsewhere {
   std::optional<Finding> finding;
 };
 
-/** Depth that lies on the colour of another frame. */
+/** Depth that lies on the colour of another frame, all the time or in a part of the recording. */
 Elsewhere
 otherMoment(const Sample& sample)
 {
-  std::ptrdiff_t best = 0;
-  Mean best_gain;
-  const auto most = std::ptrdiff_t(sample.looks.size()) - 1;
-  for (std::ptrdiff_t shift = -most; shift <= most; ++shift) {
-    const Mean gain = gainOfShift(sample, shift);
-    const double few =
-        std::sqrt(double(MANY_FRAMES) / double(std::max<std::size_t>(1, gain.count)));
-    if (shift != 0 && gain.mean > best_gain.mean && gain.deviations > SURE * std::max(1.0, few)) {
-      best_gain = gain;
+  const std::size_t number = sample.looks.size();
+  const Window all{0, number}, halves[] = {{0, number / 2}, {number / 2, number}};
+  Shift best = bestShift(sample, all, MIN_GAIN_IN_TIME);
+  for (const Window& half : halves)
+    if (const Shift shift = bestShift(sample, half, MIN_GAIN_IN_HALF);
+        shift.gain.mean > best.gain.mean)
       best = shift;
-    }
-  }
-  const double agreement = meanOf(agreements(withEdges(sample))).mean + best_gain.mean;
-  if (best_gain.mean < MIN_GAIN_IN_TIME || agreement < MIN_AGREEMENT)
+  const double agreement = meanOf(agreements(withEdges(sample))).mean + best.gain.mean;
+  if (best.frames == 0 || agreement < MIN_AGREEMENT)
     return {};
-  const std::size_t frames = std::size_t(std::abs(best)) * sample.step;
+  const std::size_t frames = std::size_t(std::abs(best.frames)) * sample.step;
   return {agreement,
           Finding{Severity::FAULT,
                   "color_and_depth",
                   "colour and depth are of other moments: edges in depth lie on those of the "
                   "colour image " +
-                      std::to_string(frames) + (best > 0 ? " later" : " earlier") +
+                      std::to_string(frames) + (best.frames > 0 ? " later" : " earlier") +
                       ", not on those of their own",
-                  {{"frames_apart", double(frames)}, {"deviations", best_gain.deviations}},
+                  {{"frames_apart", double(frames)}, {"deviations", best.gain.deviations}},
                   "pair the images by time"}};
 }
 
@@ -157,9 +178,8 @@ otherPlace(const Sample& sample, int num_threads)
       here.mean > MOST_ELSEWHERE * there.mean)
     return {};
   const double scale = sample.pixels_per_edge_pixel, pixels = scale * cv::norm(best.shift);
-  const bool is_far = best.flip != DepthPlacement::Flip::NONE ||
-                      cv::norm(best.shift) > FAR_SHIFT * EDGE_WIDTH ||
-                      std::abs(std::log(best.zoom)) > FAR_ZOOM;
+  const bool is_far = best.flip != DepthPlacement::Flip::NONE || best.zoom != 1 ||
+                      cv::norm(best.shift) > FAR_SHIFT * EDGE_WIDTH;
   return {
       there.mean,
       Finding{is_far ? Severity::FAULT : Severity::WARNING,
@@ -170,19 +190,34 @@ otherPlace(const Sample& sample, int num_threads)
               "record depth aligned to the colour camera"}};
 }
 
+/** Share of the other views whose colour edges the depth edges of a view lie on better than on its
+ *  own: a half by chance. */
+double
+shareOfBetterViews(const std::vector<FrameLook>& views)
+{
+  double better = 0;
+  for (const FrameLook& view : views)
+    for (const FrameLook& other : views)
+      better += agreement(view, other) > agreement(view, view);
+  return better / double(views.size() * (views.size() - 1));
+}
+
 void
 checkView(const Sample& sample, std::vector<Finding>& findings)
 {
-  const Mean together = meanOf(agreements(differentViews(sample)));
-  if (together.count < MANY_FRAMES || together.mean > CHANCE || together.deviations > 2)
+  const std::vector<FrameLook> views = differentViews(sample);
+  if (views.size() < FEWEST_FRAMES)
+    return;
+  const Mean own = meanOf(agreements(views));
+  const double better = shareOfBetterViews(views);
+  if (own.mean > CHANCE && better < CHANCE_OF_BETTER)
     return;
   findings.push_back({Severity::FAULT,
                       "color_and_depth",
-                      "colour and depth do not show the same view: in " +
-                          std::to_string(together.count) +
-                          " frames, edges in depth lie no nearer to edges in colour than chance "
-                          "would put them",
-                      {{"agreement", together.mean}},
+                      "colour and depth do not show the same view: edges in depth lie as well on "
+                      "edges in the colour of " +
+                          std::to_string(int(std::lround(100 * better))) + " % of the other frames",
+                      {{"agreement", own.mean}, {"share_of_better_frames", better}},
                       "check which colour image belongs to which depth image, and whether depth is "
                       "registered to colour"});
 }

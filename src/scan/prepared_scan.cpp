@@ -84,7 +84,6 @@ PreparedScan::Impl::needCheck(Timing& timing)
 {
   runOnce("check", check_stage_, timing, [this] {
     CheckOptions check;
-    check.num_frames = std::clamp<std::size_t>(dataset_.size() / 8, 16, check.num_frames);
     check.num_threads = options_.num_threads;
     check_findings_ = checkRecording(dataset_, check);
     return true;

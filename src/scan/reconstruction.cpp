@@ -68,10 +68,14 @@ private:
   mapFrames();
   void
   verify();
+  void
+  leaveOut(const std::vector<VerifiedFrame>& frames);
   bool
   makeSurface();
   void
   chooseWorld();
+  void
+  reportPose(std::size_t node);
   void
   reportFrames(const std::vector<FrameRegistration>& registrations);
   template <class Stage>
@@ -220,6 +224,7 @@ Reconstruction::chooseWorld()
 {
   SparseModel& model = result_.model;
   const ImageGraph& graph = *result_.graph;
+  result_.component_sizes.clear();
   for (int component = 0;; ++component) {
     const std::vector<std::size_t> nodes = model.registeredFrames(component);
     if (nodes.empty())
@@ -241,16 +246,45 @@ Reconstruction::reportFrames(const std::vector<FrameRegistration>& registrations
     FrameReport& frame = result_.frames[result_.frame_of_node[node]];
     static_cast<FrameRegistration&>(frame) = registrations[node];
     frame.registered = result_.model.isRegistered(node);
-    frame.component = result_.model.component(node);
     if (frame.registered)
       frame.reason.clear();
     else if (frame.reason.empty())
       frame.reason = "no registered frame shares enough matches with it";
-    frame.world_from_camera =
-        frame.registered ? result_.model.worldFromCamera(node) : Pose::Identity();
-    frame.world_from_depth = result_.model.worldFromDepth(node);
     frame.depth_error = result_.model.depthError(node);
+    reportPose(node);
   }
+}
+
+void
+Reconstruction::reportPose(std::size_t node)
+{
+  FrameReport& frame = result_.frames[result_.frame_of_node[node]];
+  frame.registered = result_.model.isRegistered(node);
+  frame.component = result_.model.component(node);
+  frame.world_from_camera =
+      frame.registered ? result_.model.worldFromCamera(node) : Pose::Identity();
+  frame.world_from_depth = result_.model.worldFromDepth(node);
+}
+
+/** Takes the poses of refuted frames back. */
+void
+Reconstruction::leaveOut(const std::vector<VerifiedFrame>& frames)
+{
+  bool has_refuted = false;
+  for (std::size_t node = 0; node < frames.size(); ++node) {
+    if (!frames[node].refuted)
+      continue;
+    has_refuted = true;
+    result_.model.removeFrame(node);
+    FrameReport& frame = result_.frames[result_.frame_of_node[node]];
+    frame.verdict = FrameVerdict::LEFT_OUT;
+    frame.reason = std::exchange(frame.doubt, "");
+  }
+  if (!has_refuted)
+    return;
+  chooseWorld();
+  for (std::size_t node = 0; node < frames.size(); ++node)
+    reportPose(node);
 }
 
 /** What the other frames say of each final pose, and what follows for the scan. */
@@ -270,6 +304,7 @@ Reconstruction::verify()
     frame.doubt = verification.frames[node].doubt;
     frame.depth_agreement = verification.frames[node].depth_agreement;
   }
+  leaveOut(verification.frames);
   const std::vector<MovingPixels> moving = findMovingPixels(
       *result_.graph, result_.model, verification.frames, view_of_node, options_.num_threads);
   moving_.resize(result_.frames.size());

@@ -9,8 +9,10 @@
 #include <gtest/gtest.h>
 #include <pcl/exceptions.h>
 
+#include <cmath>
 #include <functional>
 #include <opencv2/imgproc.hpp>
+#include <random>
 
 using namespace bundle_icp;
 
@@ -225,6 +227,16 @@ TEST(CheckRecording, ColourThatStaysWhileDepthMovesOn)
   EXPECT_CONTAINS(worst(scan, "repeated_images").what, "in 16 of 23 neighbouring frames");
 }
 
+TEST(CheckRecording, DepthThatStaysWhileColourMovesOn)
+{
+  ChangedScan scan;
+  scan.change = [&scan](std::size_t index, RGBDFrame& frame) {
+    frame.depth = scan.original(index - index % 3).depth * (1 + 1e-4 * double(index));
+  };
+  EXPECT_EQ(worst(scan, "repeated_images").severity, Severity::FAULT);
+  EXPECT_CONTAINS(worst(scan, "repeated_images").what, "the depth image stays as it was");
+}
+
 TEST(CheckRecording, DarkFramesAreCounted)
 {
   ChangedScan scan;
@@ -247,4 +259,45 @@ TEST(CheckRecording, DoesNotDependOnThreads)
     EXPECT_EQ(toString(a[i]), toString(b[i]));
   one.num_frames = 1;
   EXPECT_THROW(checkRecording(scan, one), pcl::BadArgumentException);
+}
+
+TEST(CheckRecording, NumbersThatAreNoDepth)
+{
+  ChangedScan scan;
+  const auto say = [&scan](const std::function<float(float, double, double)>& rule) {
+    scan.change = [&scan, rule](std::size_t, RGBDFrame& frame) {
+      const CameraIntrinsics& camera = scan.camera();
+      for (int v = 0; v < frame.depth.rows; ++v)
+        for (int u = 0; u < frame.depth.cols; ++u) {
+          float& z = frame.depth.at<float>(v, u);
+          z = rule(z, (u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy);
+        }
+    };
+    const Finding finding = worst(scan, "depth_numbers");
+    EXPECT_EQ(finding.severity, Severity::FAULT);
+    return finding.what;
+  };
+  EXPECT_CONTAINS(say([](float z, double, double) { return 0.05f * std::round(z / 0.05f); }),
+                  "depth comes in steps of 0.05 m");
+  EXPECT_CONTAINS(say([](float z, double, double) { return z > 1.2f ? 1.2f : z; }), "was clipped");
+  EXPECT_CONTAINS(say([](float z, double, double) { return 2 / z; }), "inverse depth");
+  EXPECT_CONTAINS(
+      say([](float z, double x, double y) { return float(z * std::sqrt(1 + x * x + y * y)); }),
+      "lengths of rays");
+  std::mt19937 random(1);
+  EXPECT_CONTAINS(say([&random](float z, double, double) {
+                    return z * float(1 + 1e-4 * double(random() % 20000));
+                  }),
+                  "is noise");
+}
+
+TEST(CheckRecording, DepthOfRandomFrames)
+{
+  ChangedScan scan;
+  scan.change = [&scan](std::size_t index, RGBDFrame& frame) {
+    frame.depth = scan.original(index * 7 % 24).depth;
+  };
+  const Finding finding = worst(scan, "color_and_depth");
+  EXPECT_EQ(finding.severity, Severity::FAULT);
+  EXPECT_CONTAINS(finding.what, "do not show the same view");
 }

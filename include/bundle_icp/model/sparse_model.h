@@ -145,6 +145,10 @@ public:
   registerFrame(const ImageGraph& graph, std::size_t frame, const Pose& world_from_camera,
                 int component, const TrackOptions& options);
 
+  /** Takes a frame's pose back, and its observations from all points. */
+  void
+  removeFrame(std::size_t frame);
+
   /** Builds the tracks of a frame again from its present pose, see registerFrame(). */
   void
   extendTracks(const ImageGraph& graph, std::size_t frame, const TrackOptions& options);
