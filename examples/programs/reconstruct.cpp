@@ -295,6 +295,8 @@ runReconstruction(int argc, char** argv)
   }
   if (result.status == ReconstructionStatus::NOTHING_REGISTERED) {
     printReasons(result, result.frames.size());
+    for (const Finding& finding : findingsAboveNote(result))
+      std::cerr << toString(finding) << "\n";
     throw pcl::PCLException(arguments->scan + ": no two frames could be connected");
   }
   if (result.status == ReconstructionStatus::NO_OBJECT)

@@ -247,6 +247,10 @@ parse(int argc, char** argv)
   po::variables_map values;
   po::store(po::command_line_parser(argc, argv).options(all).positional(positional).run(), values);
   po::notify(values);
+  if (arguments.jobs < 1)
+    throw po::error("--jobs must be at least 1");
+  if (arguments.keep && arguments.output.empty())
+    throw po::error("--keep needs a folder: -o OUT");
   if (values.count("help")) {
     std::cout << "Usage: bundle_icp_adversity [NAME|KIND...] [options]\n\n" << visible;
     return std::nullopt;

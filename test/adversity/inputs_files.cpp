@@ -60,18 +60,11 @@ withoutImages(const std::string& list, std::size_t first, std::size_t count)
 }
 
 void
-putBlanksIntoNames(const std::string& folder)
+putBlanksIntoNames(Recording& r)
 {
-  for (const std::string kind : {"rgb", "depth"}) {
-    std::string list = readText(folder + "/" + kind + ".txt");
-    boost::replace_all(list, kind + "/", kind + "/frame ");
-    writeText(folder + "/" + kind + ".txt", list);
-    std::vector<fs::path> files;
-    for (const fs::directory_entry& entry : fs::directory_iterator(folder + "/" + kind))
-      files.push_back(entry.path());
-    for (const fs::path& file : files)
-      fs::rename(file, file.parent_path() / ("frame " + file.filename().string()));
-  }
+  for (std::vector<Image>* images : {&r.color, &r.depth})
+    for (Image& image : *images)
+      image.name = "frame " + image.name;
 }
 
 /** What macOS and editors leave beside images. */
@@ -147,7 +140,7 @@ fileInputs()
        lists([](const std::string& list) { return "timestamp filename\n" + list; }), "rgb.txt:1"},
       {"list_of_utf16", table, lists(toUtf16), "rgb.txt"},
       {"list_rows_twice", table, lists([](const std::string& list) { return list + list; }), ""},
-      {"blanks_in_names", table, folder(putBlanksIntoNames), ""},
+      {"blanks_in_names", table, putBlanksIntoNames, ""},
       {"hidden_files", table, open3d(addHiddenFiles), ""},
       {"depth_is_pgm", table, pgm, ""},
       {"intrinsics_absent", table,

@@ -226,6 +226,16 @@ TEST_F(ReconstructFailure, UnrelatedFramesFailWithAReasonEach)
   expectEarlierResults();
 }
 
+TEST_F(ReconstructFailure, WhatTheCheckFoundIsSaidWhenNothingIsConnected)
+{
+  for (const char* const name : {"/depth/0.png", "/depth/1.png", "/depth/2.png"})
+    recordings::writeImage(scan + name, recordings::depth(0));
+  const ProgramResult result = reconstruct();
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_CONTAINS(result.err, "fault: none of the 3 frames that were looked at has depth");
+  expectEarlierResults();
+}
+
 TEST_F(ReconstructFailure, WrongUsage)
 {
   EXPECT_CONTAINS(error({}, 2), "expected SCAN -o OUT");
