@@ -49,9 +49,9 @@ poseCovariances(const ImageGraph& graph, const BundleAdjustmentProblem& problem,
   divideByShared(evidence.relative_poses);
   const AdjustmentTerms terms(graph, evidence, options, model);
   const AdjustmentState state = terms.initialState(model);
-  const std::vector<Matrix6d> of_motion = (problem.depth_errors ? motionCovariances<9>
-                                                                : motionCovariances<6>)(
-      terms, state, options.num_threads);
+  const std::vector<Matrix6d> of_motion =
+      (problem.depth_errors ? motionCovariances<9> : motionCovariances<6>)(terms, state,
+                                                                           options.num_threads);
   std::map<std::size_t, Matrix6d> by_frame;
   for (std::size_t i = 0; i < terms.num_moving; ++i) {
     const std::size_t frame = terms.frames[i].frame;

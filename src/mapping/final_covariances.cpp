@@ -28,9 +28,8 @@ nearestAdjusted(const SparseModel& model, const std::vector<std::size_t>& adjust
     const Pose motion = model.worldFromCamera(frame).inverse() * model.worldFromCamera(other);
     return motion.translation().norm() + rotationAngle(motion);
   };
-  return *std::min_element(
-      adjusted.begin(), adjusted.end(),
-      [&](std::size_t a, std::size_t b) { return distance(a) < distance(b); });
+  return *std::min_element(adjusted.begin(), adjusted.end(),
+                           [&](std::size_t a, std::size_t b) { return distance(a) < distance(b); });
 }
 
 } // namespace

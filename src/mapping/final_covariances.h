@@ -13,8 +13,8 @@ namespace bundle_icp {
  *  world. */
 struct FinalPose {
   std::size_t frame = 0;
-  bool is_adjusted = false;          ///< its pose was adjusted with those of others
-  Matrix6d own = Matrix6d::Zero();   ///< covariance given the model
+  bool is_adjusted = false;           ///< its pose was adjusted with those of others
+  Matrix6d own = Matrix6d::Zero();    ///< covariance given the model
   Matrix6d change = Matrix6d::Zero(); ///< what the motion prior added to `own`
 };
 

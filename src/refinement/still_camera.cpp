@@ -36,9 +36,9 @@ findStillCamera(const ImageGraph& graph, const SparseModel& model, int component
   const auto distance = [&](std::size_t frame) {
     return (model.worldFromCamera(frame).translation() - center).norm();
   };
-  const std::size_t middle = *std::min_element(
-      frames.begin(), frames.end(),
-      [&](std::size_t a, std::size_t b) { return distance(a) < distance(b); });
+  const std::size_t middle =
+      *std::min_element(frames.begin(), frames.end(),
+                        [&](std::size_t a, std::size_t b) { return distance(a) < distance(b); });
   const double reach = HARDLY_MOVES * medianOf(depths);
   StillCamera still;
   for (const std::size_t frame : frames) {
