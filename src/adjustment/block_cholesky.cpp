@@ -198,8 +198,8 @@ BlockCholesky<SIZE>::solve(const Eigen::MatrixXd& right) const
   return result;
 }
 
-/** The inverse is that of L times its transpose: columns of the inverse of L suffice, which begin at
- *  the diagonal. */
+/** The inverse is that of L times its transpose: columns of the inverse of L suffice, which begin
+ *  at the diagonal. */
 template <int SIZE>
 Eigen::Matrix<double, SIZE, SIZE>
 BlockCholesky<SIZE>::inverseBlock(std::size_t column) const

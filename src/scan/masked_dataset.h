@@ -13,8 +13,8 @@
 
 namespace bundle_icp {
 
-/** A dataset that is seen through masks: pixels under them have no depth, and therefore no features.
- *  Refers to the dataset, which must outlive it. */
+/** A dataset that is seen through masks: pixels under them have no depth, and therefore no
+ *  features. Refers to the dataset, which must outlive it. */
 class MaskedDataset : public RGBDDataset {
 public:
   explicit MaskedDataset(const RGBDDataset& dataset) : dataset_(dataset) {}

@@ -22,7 +22,8 @@ movingFindings(const std::vector<FrameReport>& frames);
 std::vector<Finding>
 timeOffsetFindings(const ReconstructionResult& result, bool has_times);
 
-/** That the camera hardly moves, from the final poses of the largest component; with a graph only. */
+/** That the camera hardly moves, from the final poses of the largest component; with a graph
+ *  only. */
 std::vector<Finding>
 stillCameraFindings(const ReconstructionResult& result);
 

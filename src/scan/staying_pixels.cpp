@@ -290,8 +290,8 @@ StayingPixelFinder::farthest(int y, int x) const
   return {};
 }
 
-/** Depth and grey level of each cell, where most of the frames that show its farthest depth agree on
- *  the grey level. */
+/** Depth and grey level of each cell, where most of the frames that show its farthest depth agree
+ *  on the grey level. */
 void
 StayingPixelFinder::findSurroundings(StayingPixels& found)
 {

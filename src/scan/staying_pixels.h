@@ -55,8 +55,9 @@ private:
 
 /** Finds pixels that stay. A part of the camera is a region of constant depth that ends at an edge
  *  of depth which stays at its pixels. A plane along which the camera moves, such as the floor
- *  before a robot, has constant depth too, but no such edge. Where most pixels keep their depth, the
- *  camera stands still, and no part of it is found: the background is what most depth agrees on.
+ *  before a robot, has constant depth too, but no such edge. Where most pixels keep their depth,
+ *  the camera stands still, and no part of it is found: the background is what most depth agrees
+ *  on.
  *  Looks at `num_samples` frames, evenly distributed. */
 StayingPixels
 findStayingPixels(const RGBDDataset& dataset, int num_threads, std::size_t num_samples = 24);

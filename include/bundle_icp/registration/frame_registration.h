@@ -60,8 +60,8 @@ struct FrameRegistration : PoseEstimate {
   double icp_rmse = 0;
   double overlap = 0;       ///< share of the frame's depth that lies on the virtual depth
   bool by_geometry = false; ///< registered without visual evidence
-  /** Largest standard deviation in any direction, as `covariance` says: of the camera's position [m]
-   *  and of its rotation [rad]. */
+  /** Largest standard deviation in any direction, as `covariance` says: of the camera's position
+   *  [m] and of its rotation [rad]. */
   double position_deviation = 0;
   double rotation_deviation = 0;
 };
