@@ -28,7 +28,8 @@ estimateMotionPrior(const std::vector<PoseMeasurement>& measurements);
 
 /** The most likely poses, and their covariances, given the measurements and the prior: a Kalman
  *  filter over pose and velocity, and the smoother of Rauch, Tung and Striebel back from its end
- *  (AIAA Journal 3(8), 1965). Measurements that contradict the motion of the others count less, by the Cauchy loss. */
+ *  (AIAA Journal 3(8), 1965). Measurements that contradict the motion of the others count less, by
+ *  the Cauchy loss. */
 std::vector<PoseEstimate>
 smoothTrajectory(const std::vector<PoseMeasurement>& measurements, const MotionPrior& prior);
 
