@@ -12,18 +12,37 @@ namespace {
 
 /** So many verified matches with frames elsewhere are not overruled by geometry alone. */
 constexpr std::size_t MANY_MATCHES = 100;
+/** An image with fewer features may match nothing although it shows what others show; so may one
+ *  with less than this share of the features of a typical frame. */
+constexpr std::size_t MANY_FEATURES = 100;
+constexpr double USUAL_SHARE = 0.5;
 
-/** Whether the matches of a frame say that it belongs to frames outside of the component. */
+std::size_t
+typicalFeatures(const ImageGraph& graph, const std::vector<std::size_t>& frames)
+{
+  std::vector<std::size_t> numbers;
+  for (const std::size_t frame : frames)
+    numbers.push_back(graph.features(frame).size());
+  std::sort(numbers.begin(), numbers.end());
+  return numbers.empty() ? 0 : numbers[numbers.size() / 2];
+}
+
+/** Whether a frame's matches say that it belongs to frames outside of the component, or its
+ *  features, which match nothing there: it shows something else, or its depth is not of its
+ *  image. */
 bool
 belongsElsewhere(const ImageGraph& graph, const SparseModel& model, std::size_t frame,
-                 int component)
+                 int component, std::size_t typical_features)
 {
   std::size_t inside = 0, outside = 0;
   for (const ImageEdge& edge : graph.edges(frame)) {
     std::size_t& most = model.component(edge.neighbour) == component ? inside : outside;
     most = std::max(most, edge.pair->matches.size());
   }
-  return outside >= MANY_MATCHES && outside > inside;
+  const std::size_t features = graph.features(frame).size();
+  const bool has_features =
+      features >= MANY_FEATURES && double(features) >= USUAL_SHARE * double(typical_features);
+  return (outside >= MANY_MATCHES && outside > inside) || (inside == 0 && has_features);
 }
 
 /** Each frame after the one before it, if that has a pose. */
@@ -32,11 +51,12 @@ registerInOrder(const ImageGraph& graph, const FrameRegistrar& registrar, int nu
                 int component, const std::vector<std::size_t>& order, SparseModel& model,
                 std::vector<FrameByTime>& tried)
 {
+  const std::size_t typical = typicalFeatures(graph, model.registeredFrames(component));
   for (std::size_t k = 1; k < order.size(); ++k) {
     const std::size_t frame = order[k], last = order[k - 1];
     if (model.isRegistered(frame) || model.component(last) != component ||
         graph.exclusion(frame).rfind("blurred", 0) == 0 ||
-        belongsElsewhere(graph, model, frame, component))
+        belongsElsewhere(graph, model, frame, component, typical))
       continue;
     Pose guess = model.worldFromCamera(last);
     std::vector<Neighbour> neighbours{{last, 0}};

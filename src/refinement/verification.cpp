@@ -284,6 +284,7 @@ Verifier::doubtUnsupported()
         agreement(frame).compared() < MIN_COMPARED) {
       verified.verdict = FrameVerdict::DOUBTFUL;
       verified.doubt = "no other frame with a good pose shows what it shows";
+      verified.refuted = true;
     }
   }
 }

@@ -117,6 +117,27 @@ TEST(RegisterByTime, LeavesFramesWhoseMatchesBelongElsewhere)
   EXPECT_TRUE(model.isRegistered(2));
 }
 
+TEST(RegisterByTime, LeavesTexturedFramesThatMatchNothing)
+{
+  Scan scan;
+  scan.addRoom({0, 2});
+  Features others = roomFeatures(4);
+  cv::flip(others.descriptors.clone(), others.descriptors, 0); // as those of another room
+  scan.add(others, room().read(4).depth, room().worldFromCamera(4));
+  scan.add(noFeatures(), room().read(6).depth, room().worldFromCamera(6));
+  ImageGraph graph = scan.graph();
+  ASSERT_TRUE(graph.edges(2).empty());
+  SparseModel model(4);
+  model.registerFrame(0, scan.truth[0], 0);
+  model.registerFrame(1, scan.truth[1], 0);
+  model.registerFrame(3, scan.truth[3], 0);
+  const MapperOptions options;
+  const DepthViewProvider views = scan.provider();
+  const FrameRegistrar registrar(graph, views, options.registration, options.adjustment);
+  EXPECT_TRUE(registerByTime(graph, registrar, options, 0, model).empty());
+  EXPECT_FALSE(model.isRegistered(2));
+}
+
 TEST(RegisterByTime, TriesAnImageThatFailedFromTheOtherSide)
 {
   // A wall alone does not hold a frame that slides along it.
