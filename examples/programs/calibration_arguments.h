@@ -91,6 +91,10 @@ openCalibrated(const std::string& scan, DatasetOptions options,
   if (calibration.depth_scale == 1)
     return dataset;
   options.depth_factor = calibration.depth_scale;
+  if (options.field_of_view) { // estimated once: the calibration belongs to that camera
+    options.intrinsics = dataset->camera();
+    options.field_of_view.reset();
+  }
   return openRecording(scan, options);
 }
 

@@ -4,7 +4,9 @@
 
 #include "adjustment/pose_covariances.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <limits>
 #include <map>
 
 namespace bundle_icp {
@@ -30,6 +32,21 @@ nearestAdjusted(const SparseModel& model, const std::vector<std::size_t>& adjust
   };
   return *std::min_element(adjusted.begin(), adjusted.end(),
                            [&](std::size_t a, std::size_t b) { return distance(a) < distance(b); });
+}
+
+/** What the motion prior takes away refers to the pose alone, and may exceed what is known of it
+ *  together with others: no motion is known better than the prior's own result knows the best one.
+ *  Infinite where nothing is known. */
+Matrix6d
+atLeast(const Matrix6d& covariance, const FinalPose& pose)
+{
+  if (!covariance.allFinite())
+    return Matrix6d(Vector6d::Constant(std::numeric_limits<double>::infinity()).asDiagonal());
+  const Matrix6d smoothed = pose.own + pose.change;
+  const Eigen::SelfAdjointEigenSolver<Matrix6d> least(smoothed, Eigen::EigenvaluesOnly);
+  const Eigen::SelfAdjointEigenSolver<Matrix6d> solver(covariance);
+  const Vector6d values = solver.eigenvalues().cwiseMax(std::max(0.0, least.eigenvalues()[0]));
+  return solver.eigenvectors() * values.asDiagonal() * solver.eigenvectors().transpose();
 }
 
 } // namespace
@@ -68,7 +85,7 @@ finalCovariances(const ImageGraph& graph, const SparseModel& model,
     const Matrix6d covariance = by_base * joint[base[k]] * by_base.transpose() +
                                 by_first * ownPart(first) * by_first.transpose() +
                                 ownPart(poses[k]);
-    result.emplace_back(poses[k].frame, axes * covariance * axes.transpose());
+    result.emplace_back(poses[k].frame, axes * atLeast(covariance, poses[k]) * axes.transpose());
   }
   return result;
 }

@@ -4,6 +4,7 @@
 
 #include "scan/depth_placement.h"
 
+#include <algorithm>
 #include <cmath>
 #include <opencv2/core.hpp>
 #include <optional>
@@ -53,6 +54,11 @@ meanOf(const std::vector<double>& values)
   return result;
 }
 
+/** What depth gains by lying on the colour of other frames, and how well it lies there. */
+struct Gain : Mean {
+  double agreement = 0;
+};
+
 /** Frames of a sample, from `begin` to before `end`. */
 struct Window {
   std::size_t begin, end;
@@ -60,10 +66,10 @@ struct Window {
 
 /** How much better the depth edges of each frame lie on the colour edges of the frame `shift`
  *  later in its run than on its own. */
-Mean
+Gain
 gainOfShift(const Sample& sample, const Window& window, std::ptrdiff_t shift)
 {
-  std::vector<double> gains;
+  std::vector<double> gains, there;
   for (std::size_t i = window.begin; i < window.end; ++i) {
     const std::ptrdiff_t j = std::ptrdiff_t(i) + shift;
     if (j < std::ptrdiff_t(window.begin) || j >= std::ptrdiff_t(window.end) ||
@@ -71,25 +77,27 @@ gainOfShift(const Sample& sample, const Window& window, std::ptrdiff_t shift)
             shift * std::ptrdiff_t(sample.step))
       continue;
     const FrameLook &look = sample.looks[i], &other = sample.looks[std::size_t(j)];
-    if (!look.depth_edges.empty() && !look.color_edges.empty() && !other.color_edges.empty())
-      gains.push_back(agreement(look, other) - agreement(look, look));
+    if (!look.depth_edges.empty() && !look.color_edges.empty() && !other.color_edges.empty()) {
+      there.push_back(agreement(look, other));
+      gains.push_back(there.back() - agreement(look, look));
+    }
   }
-  return meanOf(gains);
+  return {meanOf(gains), meanOf(there).mean};
 }
 
 struct Shift {
   std::ptrdiff_t frames = 0; ///< 0: none that is no chance
-  Mean gain;
+  Gain gain;
 };
 
 /** The shift of the largest gain. */
 Shift
 bestShift(const Sample& sample, const Window& window, double min_gain)
 {
-  Shift best{0, {0, min_gain, 0}};
+  Shift best{0, {{0, min_gain, 0}, 0}};
   const auto most = std::ptrdiff_t(window.end - window.begin) - 1;
   for (std::ptrdiff_t shift = -most; shift <= most; ++shift) {
-    const Mean gain = gainOfShift(sample, window, shift);
+    const Gain gain = gainOfShift(sample, window, shift);
     const double few =
         std::sqrt(double(MANY_FRAMES) / double(std::max<std::size_t>(1, gain.count)));
     if (shift != 0 && gain.mean > best.gain.mean && gain.deviations > SURE * std::max(1.0, few))
@@ -108,14 +116,16 @@ withEdges(const Sample& sample)
   return looks;
 }
 
-/** Frames with edges that differ from the one before: a camera that stands still shows one view,
- *  however many frames it takes. */
+/** Frames with edges that differ from each other: a camera that stands still or comes back shows
+ *  one view, however many frames it takes. */
 std::vector<FrameLook>
 differentViews(const Sample& sample)
 {
   std::vector<FrameLook> views;
   for (const FrameLook& look : withEdges(sample))
-    if (views.empty() || look.color_edges.dot(views.back().color_edges) < SAME_VIEW)
+    if (std::none_of(views.begin(), views.end(), [&look](const FrameLook& view) {
+          return look.color_edges.dot(view.color_edges) > SAME_VIEW;
+        }))
       views.push_back(look);
   return views;
 }
@@ -146,11 +156,10 @@ otherMoment(const Sample& sample)
     if (const Shift shift = bestShift(sample, half, MIN_GAIN_IN_HALF);
         shift.gain.mean > best.gain.mean)
       best = shift;
-  const double agreement = meanOf(agreements(withEdges(sample))).mean + best.gain.mean;
-  if (best.frames == 0 || agreement < MIN_AGREEMENT)
+  if (best.frames == 0 || best.gain.agreement < MIN_AGREEMENT)
     return {};
   const std::size_t frames = std::size_t(std::abs(best.frames)) * sample.step;
-  return {agreement,
+  return {best.gain.agreement,
           Finding{Severity::FAULT,
                   "color_and_depth",
                   "colour and depth are of other moments: edges in depth lie on those of the "

@@ -122,6 +122,7 @@ addSteps(const cv::Mat& depth, const DepthNoise& noise, DepthNumbers& numbers)
     return;
   numbers.has_depth = true;
   std::sort(values.begin(), values.end());
+  numbers.largest = double(values.back());
   std::vector<double> steps, step_sigmas;
   for (auto value = values.begin(); value != values.end();) {
     const auto next = std::upper_bound(value, values.end(), *value);
@@ -184,13 +185,14 @@ numbersOf(const cv::Mat& depth, const CameraIntrinsics& camera)
 void
 checkNumbers(const std::vector<DepthNumbers>& frames, std::vector<Finding>& findings)
 {
-  std::vector<double> steps, step_sigmas, at_most, alone, ray_shares;
+  std::vector<double> steps, step_sigmas, largest, at_most, alone, ray_shares;
   double as_depth = 0, as_inverse = 0;
   for (const DepthNumbers& frame : frames) {
     if (!frame.has_depth)
       continue;
     steps.push_back(frame.step);
     step_sigmas.push_back(frame.step_sigmas);
+    largest.push_back(frame.largest);
     at_most.push_back(frame.at_most);
     alone.push_back(frame.alone);
     ray_shares.insert(ray_shares.end(), frame.ray_shares.begin(), frame.ray_shares.end());
@@ -205,7 +207,10 @@ checkNumbers(const std::vector<DepthNumbers>& frames, std::vector<Finding>& find
                          "rounded, or stretched for display",
                          medianOf(steps)),
               "step_m", medianOf(steps), "record depth as the sensor gives it, in 16 bits"));
-  if (const double share = medianOf(at_most); share > CLIPPED_SHARE)
+  // The depth of a wall is the largest in one frame, but not in all.
+  const bool is_one_number = std::count(largest.begin(), largest.end(), medianOf(largest)) >=
+                             std::ptrdiff_t(largest.size() / 2);
+  if (const double share = medianOf(at_most); is_one_number && share > CLIPPED_SHARE)
     findings.push_back(
         fault(formatText("in a typical frame %.0f %% of the depth has one and the same depth, the "
                          "largest: it was clipped",

@@ -15,8 +15,9 @@ struct DepthNumbers {
   bool has_depth = false;
   double step = 0;        ///< between one value and the next larger one, median over the pixels [m]
   double step_sigmas = 0; ///< the same in standard deviations of the sensor's noise
-  double at_most = 0;     ///< share of the pixels that have the largest value of the image
-  double alone = 0;       ///< share of the pixels whose depth none of their neighbours has
+  double largest = 0;     ///< largest value [m]
+  double at_most = 0;     ///< share of the pixels that have it
+  double alone = 0;       ///< share of the pixels that differ from all neighbours by a tenth
   /** Of patches that are flat: how much the numbers are lengths of rays (1) and not depth along the
    *  optical axis (0). The inverse depth of a plane is linear in the pixel, that of rays is not. */
   std::vector<double> ray_shares;

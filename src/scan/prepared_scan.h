@@ -32,6 +32,12 @@ public:
   bool
   needGraph(const ProgressCallback& progress, Timing& timing);
 
+  const ReconstructionOptions&
+  options() const
+  {
+    return options_;
+  }
+
   const RGBDDataset&
   dataset() const
   {

@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include <bundle_icp/reconstruction.h>
 
+#include "mapping/component_adjustment.h"
 #include "refinement/moving_pixels.h"
 #include "scan/prepared_scan.h"
 #include "scan/read_in_order.h"
@@ -13,6 +14,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <limits>
 #include <numeric>
 
 namespace bundle_icp {
@@ -52,6 +54,8 @@ public:
                  const ProgressCallback& progress, bool is_last)
   : scan_(*scan.impl_), options_(options.withThreads()), progress_(progress), is_last_(is_last)
   {
+    if (options.moving != scan_.options().moving)
+      throw pcl::BadArgumentException("reconstruct: the scan was prepared for another moving part");
   }
 
   ReconstructionResult
@@ -72,6 +76,8 @@ private:
   verify();
   void
   leaveOut(const std::vector<VerifiedFrame>& frames);
+  void
+  forgetLostDeviations();
   bool
   makeSurface();
   void
@@ -272,21 +278,54 @@ Reconstruction::reportPose(std::size_t node)
 void
 Reconstruction::leaveOut(const std::vector<VerifiedFrame>& frames)
 {
-  bool has_refuted = false;
-  for (std::size_t node = 0; node < frames.size(); ++node) {
-    if (!frames[node].refuted)
-      continue;
-    has_refuted = true;
-    result_.model.removeFrame(node);
+  SparseModel& model = result_.model;
+  const auto remove = [&](std::size_t node, const std::string& reason) {
+    model.removeFrame(node);
     FrameReport& frame = result_.frames[result_.frame_of_node[node]];
     frame.verdict = FrameVerdict::LEFT_OUT;
-    frame.reason = std::exchange(frame.doubt, "");
-  }
+    frame.reason = reason;
+    frame.doubt.clear();
+    frame.covariance.setZero();
+    frame.position_deviation = frame.rotation_deviation = 0;
+  };
+  bool has_refuted = false;
+  for (std::size_t node = 0; node < frames.size(); ++node)
+    if (frames[node].refuted) {
+      has_refuted = true;
+      remove(node, frames[node].doubt);
+    }
   if (!has_refuted)
     return;
+  for (int component = 0; component < int(result_.component_sizes.size()); ++component)
+    if (const auto left = model.registeredFrames(component); left.size() == 1)
+      remove(left.front(), "the frames that shared matches with it are left out");
+  numberBySize(model);
   chooseWorld();
   for (std::size_t node = 0; node < frames.size(); ++node)
     reportPose(node);
+  forgetLostDeviations();
+}
+
+/** Deviations are relative to the first frame of a component: without it nothing is known. */
+void
+Reconstruction::forgetLostDeviations()
+{
+  constexpr double unknown = std::numeric_limits<double>::infinity();
+  for (int component = 0; component < int(result_.component_sizes.size()); ++component) {
+    const auto is_in = [&](const FrameReport& frame) {
+      return frame.registered && frame.component == component;
+    };
+    if (std::any_of(result_.frames.begin(), result_.frames.end(), [&](const FrameReport& frame) {
+          return is_in(frame) && frame.position_deviation == 0;
+        }))
+      continue;
+    for (FrameReport& frame : result_.frames)
+      if (is_in(frame)) {
+        frame.covariance.setZero();
+        frame.covariance.diagonal().setConstant(unknown);
+        frame.position_deviation = frame.rotation_deviation = unknown;
+      }
+  }
 }
 
 /** What the other frames say of each final pose, and what follows for the scan. */

@@ -116,6 +116,10 @@ timeOffsetFindings(const ReconstructionResult& result, bool has_times)
 {
   // Cameras that run free at 30 Hz are paired within 17 ms; exposure and transport add less.
   constexpr double longest_time = 0.04, most_frames = 0.75;
+  const auto& estimated = result.self_calibration.calibrated;
+  if (std::find(estimated.begin(), estimated.end(), CalibrationParameter::TIME_OFFSET) ==
+      estimated.end())
+    return {};
   const double offset = result.model.calibration()[CalibrationParameter::TIME_OFFSET];
   const Trajectory trajectory = result.trajectory(0);
   std::vector<double> steps;

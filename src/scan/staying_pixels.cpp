@@ -36,6 +36,8 @@ constexpr double MIN_EDGE = 0.6;
 
 /** Largest difference of grey levels, of 255, that noise and compression leave in a cell. */
 constexpr float SAME_GRAY = 5;
+/** Smallest share of the cells that tell whether the camera stands still. */
+constexpr double FEWEST_CELLS = 0.02;
 /** Frames that must show the surroundings of a cell: something that turns hides them most of the
  *  time. */
 constexpr std::size_t SELDOM_SEEN = 3;
@@ -193,6 +195,20 @@ square(int side)
   return cv::getStructuringElement(cv::MORPH_RECT, {side, side});
 }
 
+/** Whether a cell is not one of a plain surface, which looks the same wherever the camera
+ *  slides. */
+bool
+differsFromNeighbours(const cv::Mat& gray, int y, int x)
+{
+  for (const cv::Point step : {cv::Point(-2, 0), {2, 0}, {0, -2}, {0, 2}}) {
+    const cv::Point other = cv::Point(x, y) + step;
+    if (cv::Rect({}, gray.size()).contains(other) &&
+        std::abs(gray.at<float>(other) - gray.at<float>(y, x)) > 2 * SAME_GRAY)
+      return true;
+  }
+  return false;
+}
+
 } // namespace
 
 class StayingPixelFinder {
@@ -214,6 +230,7 @@ public:
     findSurroundings(found);
     if (!found.cameraStandsStill())
       return found;
+    found.camera_fixed.release(); // all of the surroundings is fixed to it
     samples_ = readSamples(dataset_, num_threads_, STILL_SAMPLES);
     findSurroundings(found);
     findMovingShare(found);
@@ -310,6 +327,9 @@ StayingPixelFinder::findSurroundings(StayingPixels& found)
         depths.push_back(sample->depth.at<float>(y, x));
         grays.push_back(sample->gray.at<float>(y, x));
       }
+      if (behind.empty()) // a hole of the sensor: its grey level alone is known
+        for (const Sample& sample : samples_)
+          grays.push_back(sample.gray.at<float>(y, x));
       const double gray = medianOf(grays);
       const auto same = double(std::count_if(grays.begin(), grays.end(), [gray](double value) {
         return std::abs(value - gray) < SAME_GRAY;
@@ -318,14 +338,17 @@ StayingPixelFinder::findSurroundings(StayingPixels& found)
           double(std::count_if(samples_.begin(), samples_.end(), [&](const Sample& sample) {
             return sample.depth.at<float>(y, x) > 0;
           }));
-      measured += seen > 0;
-      stays += seen > 0 && same >= STAYS * seen;
-      if (behind.empty() || same < SURROUNDINGS * double(behind.size()))
+      const bool says_something = !behind.empty() && differsFromNeighbours(raw, y, x);
+      measured += says_something;
+      stays += says_something && same >= STAYS * seen;
+      if (same < SURROUNDINGS * double(grays.size()))
         continue;
-      found.depth_.at<float>(y, x) = float(medianOf(depths));
+      if (!behind.empty())
+        found.depth_.at<float>(y, x) = float(medianOf(depths));
       found.gray_.at<float>(y, x) = std::max(float(gray), 1.f);
     }
-  found.share_of_surroundings = stays / std::max(1.0, measured);
+  if (measured >= FEWEST_CELLS * double(raw.total()))
+    found.share_of_surroundings = stays / measured;
 }
 
 /** How far away things are that were seen before the surroundings. */

@@ -19,7 +19,8 @@ public:
   cv::Mat camera_fixed;
   /** Share of the measured pixels that stay at their depth, in all sampled frames. */
   double share = 0;
-  /** Share of them that keep their grey level as well. */
+  /** Share of the measured pixels, plain surfaces apart, whose farthest depth and grey level stay;
+   *  0 where too few pixels tell. */
   double share_of_surroundings = 0;
   /** Share of the image that differs from the surroundings, and share of the sampled frames in
    *  which it does, where the camera stands still. */

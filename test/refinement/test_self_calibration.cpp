@@ -316,11 +316,11 @@ TEST(CalibrationFindings, OfAWantedFocalLength)
   };
   EXPECT_EQ(severity(-0.055, 0.0015, false), Severity::FAULT);
   EXPECT_EQ(severity(0.055, 0.0015, true), Severity::FAULT);
-  EXPECT_EQ(severity(0.045, 0.004, false), Severity::FAULT); // 5 % is not excluded
+  EXPECT_EQ(severity(0.045, 0.005, false), Severity::FAULT); // 5 % is not excluded
   EXPECT_EQ(severity(0.045, 0.001, false), Severity::WARNING);
   EXPECT_EQ(severity(0.045, 0.001, true), Severity::NOTE); // it was corrected
   EXPECT_EQ(severity(0.016, 0.002, false), Severity::NOTE);
-  EXPECT_EQ(severity(0.06, 0.025, false), Severity::WARNING);
+  EXPECT_EQ(severity(0.06, 0.015, false), Severity::WARNING);
   EXPECT_EQ(severity(0.06, 0.04, false), Severity::NOTE); // the scan does not determine it
   EXPECT_EQ(severity(0.06, 0, false), Severity::NOTE);    // not measured
 }

@@ -247,6 +247,31 @@ TEST(CheckRecording, DarkFramesAreCounted)
   EXPECT_CONTAINS(worst(scan, "frames").what, "16 of 24 frames that were looked at are dark");
 }
 
+TEST(CheckRecording, ACameraThatGoesForthAndBackOrPausesIsNoFault)
+{
+  ChangedScan scan;
+  const auto again = [&scan](std::size_t from, std::size_t index, RGBDFrame& frame) {
+    frame = scan.original(from);
+    cv::theRNG().state = index + 1;
+    cv::Mat noise(frame.color.size(), CV_8UC3), depth_noise(frame.depth.size(), CV_32FC1);
+    cv::randu(noise, 0, 3);
+    cv::randn(depth_noise, 1, 0.002);
+    frame.color += noise;
+    frame.depth = frame.depth.mul(depth_noise);
+  };
+  scan.change = [&again](std::size_t index, RGBDFrame& frame) {
+    const std::size_t phase = index % 12;
+    again(phase < 6 ? phase : 11 - phase, index, frame);
+  };
+  EXPECT_EQ(worst(scan, "color_and_depth").what, "");
+  EXPECT_EQ(worst(scan, "repeated_images").what, "");
+  scan.change = [&again](std::size_t index, RGBDFrame& frame) {
+    again(std::min<std::size_t>(index, 14), index, frame);
+  };
+  EXPECT_EQ(worst(scan, "color_and_depth").what, "");
+  EXPECT_EQ(worst(scan, "repeated_images").what, "");
+}
+
 TEST(CheckRecording, DoesNotDependOnThreads)
 {
   const SyntheticScan scan(smallScan());

@@ -22,7 +22,8 @@ struct BUNDLE_ICP_EXPORT CheckOptions {
 /** What contradicts itself in a recording, from a fast look at a sample of its frames: depth of no
  *  room (kind `units`), a camera that is none (`intrinsics`), colour and depth that do not belong
  *  together (`color_and_depth`), dark, empty, blurred or repeated images (`frames`,
- *  `repeated_images`), gaps in time (`time_stamps`). RGBDDataset::findings() come first.
+ *  `repeated_images`), gaps in time (`time_stamps`), numbers that are no depth (`depth_numbers`);
+ *  and what a reconstruction will take (`resources`). RGBDDataset::findings() come first.
  *  \throws pcl::BadArgumentException for invalid options or a dataset without frames. */
 BUNDLE_ICP_EXPORT std::vector<Finding>
 checkRecording(const RGBDDataset& dataset, const CheckOptions& options = {});

@@ -20,7 +20,7 @@ struct BUNDLE_ICP_EXPORT IntrinsicsEstimateOptions {
   /** Smallest and largest focal length that is tried, over that of field_of_view: 98 to 40 degrees
    *  for 60. */
   double lowest = 0.5, highest = 1.6;
-  /** Frames that are matched with each other, evenly distributed over the recording. */
+  /** Frames that are matched with each other, in runs of neighbours over the recording. */
   std::size_t num_frames = 48;
   FeatureOptions features;
   int num_threads = 0; ///< 0 = all; the result does not depend on it

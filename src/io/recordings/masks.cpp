@@ -43,15 +43,18 @@ pairBySameName(Stream& masks, std::vector<RecordedFrame>& frames)
   std::map<std::string, StreamImage*> by_stem;
   for (StreamImage& mask : masks)
     by_stem.emplace(stemOf(mask.file), &mask);
+  // Of both streams, numbers may not mean the same moment: never of one for some frames only.
   std::size_t count = 0;
-  for (RecordedFrame& frame : frames)
-    for (const std::string& file : {frame.color_file, frame.depth_file})
-      if (const auto found = by_stem.find(stemOf(file));
-          found != by_stem.end() && frame.mask_file.empty()) {
+  for (const auto file : {&RecordedFrame::color_file, &RecordedFrame::depth_file}) {
+    for (RecordedFrame& frame : frames)
+      if (const auto found = by_stem.find(stemOf(frame.*file)); found != by_stem.end()) {
         give(frame, *found->second);
         ++count;
       }
-  return count;
+    if (count > 0)
+      return count;
+  }
+  return 0;
 }
 
 /** Where names hold times, as those of the images may. */
