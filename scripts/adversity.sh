@@ -12,4 +12,4 @@ if [ -d "${1:-}" ]; then
   build=$1
   shift
 fi
-exec "$build/bin/bundle_icp_adversity" "$@"
+exec "$build/test/adversity/bundle_icp_adversity" "$@"

@@ -119,7 +119,8 @@ TEST_F(Findings, StampsThatTellNothingAreNotUsed)
 {
   const std::function<std::string(double)> kinds[] = {
       [](double) { return "1604644894.0"; }, [](double) { return "0"; },
-      [](double t) { return std::to_string(std::llround(std::floor(t))); }};
+      [](double t) { return std::to_string(std::llround(std::floor(t))); },
+      [](double t) { return std::to_string(1e-3 * (t - 1305031100) + 1.0); }};
   for (const auto& stamp : kinds) {
     writeLists(24, stamp);
     const auto dataset = openDataset(place);

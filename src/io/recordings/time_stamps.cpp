@@ -2,6 +2,8 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "io/recordings/time_stamps.h"
 
+#include "io/text_file.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -14,6 +16,9 @@ constexpr std::array<TimeUnit, 4> UNITS = {
 
 /** Share of the images that may have the stamp of another one. */
 constexpr double MOST_REPEATED = 0.05;
+
+/** Time from one image to the next below which stamps are no seconds [s]. */
+constexpr double SHORTEST_STEP = 5e-4;
 
 /** Differences of neighbours that are not 0, sorted. */
 std::vector<double>
@@ -69,6 +74,10 @@ faultOfStamps(const std::vector<double>& stamps, bool names_rise)
     return "all " + number + " are equal";
   if (double(stamps.size() - distinct.size()) > MOST_REPEATED * double(stamps.size()))
     return "the " + number + " images share " + std::to_string(distinct.size()) + " stamps";
+  if (const std::vector<double> steps = stepsBetween(stamps);
+      !steps.empty() && steps[steps.size() / 2] < SHORTEST_STEP)
+    return "they are " + shortText(1e3 * steps[steps.size() / 2], 3) +
+           " ms apart, faster than any camera";
   std::size_t backwards = 0;
   for (std::size_t i = 1; i < stamps.size(); ++i)
     backwards += stamps[i] < stamps[i - 1];
