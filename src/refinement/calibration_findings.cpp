@@ -21,7 +21,7 @@ constexpr double SOME_DEVIATIONS = 3.2, MANY_DEVIATIONS = 5.8;
 /** Deviations by which it may be farther away. */
 constexpr double MAX_DEVIATIONS = 2;
 /** Smaller errors hardly change the poses; from the larger one on they do in any case. */
-constexpr double SMALL_ERROR = 0.02, LARGE_ERROR = 0.04;
+constexpr double SMALL_ERROR = 0.02, LARGE_ERROR = 0.03;
 
 Finding
 focalLength(Severity severity, double x, double y, const CameraIntrinsics& camera,

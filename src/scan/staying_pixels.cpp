@@ -195,6 +195,24 @@ square(int side)
   return cv::getStructuringElement(cv::MORPH_RECT, {side, side});
 }
 
+/** Cells that are measured, and those of them that stay. */
+struct CellCount {
+  double measured = 0, staying = 0;
+
+  void
+  add(bool is_measured, bool stays)
+  {
+    measured += is_measured;
+    staying += stays;
+  }
+
+  double
+  share() const
+  {
+    return staying / measured;
+  }
+};
+
 /** Whether a cell is not one of a plain surface, which looks the same wherever the camera
  *  slides. */
 bool
@@ -318,7 +336,7 @@ StayingPixelFinder::findSurroundings(StayingPixels& found)
   found.noise_ = noise_;
   found.depth_ = cv::Mat::zeros(raw.size(), CV_32FC1);
   found.gray_ = cv::Mat::zeros(raw.size(), CV_32FC1);
-  double stays = 0, measured = 0;
+  CellCount all, textured;
   for (int y = 0; y < raw.rows; ++y)
     for (int x = 0; x < raw.cols; ++x) {
       const std::vector<const Sample*> behind = farthest(y, x);
@@ -338,17 +356,18 @@ StayingPixelFinder::findSurroundings(StayingPixels& found)
           double(std::count_if(samples_.begin(), samples_.end(), [&](const Sample& sample) {
             return sample.depth.at<float>(y, x) > 0;
           }));
-      const bool says_something = !behind.empty() && differsFromNeighbours(raw, y, x);
-      measured += says_something;
-      stays += says_something && same >= STAYS * seen;
+      const bool is_measured = !behind.empty(), stays = is_measured && same >= STAYS * seen;
+      all.add(is_measured, stays);
+      if (differsFromNeighbours(raw, y, x))
+        textured.add(is_measured, stays);
       if (same < SURROUNDINGS * double(grays.size()))
         continue;
       if (!behind.empty())
         found.depth_.at<float>(y, x) = float(medianOf(depths));
       found.gray_.at<float>(y, x) = std::max(float(gray), 1.f);
     }
-  if (measured >= FEWEST_CELLS * double(raw.total()))
-    found.share_of_surroundings = stays / measured;
+  if (textured.measured >= FEWEST_CELLS * double(raw.total()))
+    found.share_of_surroundings = std::min(all.share(), textured.share());
 }
 
 /** How far away things are that were seen before the surroundings. */

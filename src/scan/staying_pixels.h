@@ -19,8 +19,8 @@ public:
   cv::Mat camera_fixed;
   /** Share of the measured pixels that stay at their depth, in all sampled frames. */
   double share = 0;
-  /** Share of the measured pixels, plain surfaces apart, whose farthest depth and grey level stay;
-   *  0 where too few pixels tell. */
+  /** Share of the measured pixels whose farthest depth and grey level stay, of all or of those on
+   *  no plain surface, whichever is less; 0 where too few tell. */
   double share_of_surroundings = 0;
   /** Share of the image that differs from the surroundings, and share of the sampled frames in
    *  which it does, where the camera stands still. */
