@@ -310,11 +310,15 @@ Verifier::run()
   doubtDisplaced();
   doubtContradicted();
   doubtUnsupported();
-  keepRefutedOfBadScan();
   for (const std::size_t frame : registered_) {
     const DepthAgreement sum = agreement(frame);
-    frames_[frame].depth_agreement = sum.compared() > 0 ? sum.agree / sum.compared() : 0;
+    VerifiedFrame& verified = frames_[frame];
+    verified.depth_agreement = sum.compared() > 0 ? sum.agree / sum.compared() : 0;
+    // Its matches may have made it doubtful before its depth was looked at.
+    verified.refuted |= verified.verdict == FrameVerdict::DOUBTFUL &&
+                        sum.compared() >= MIN_COMPARED && verified.depth_agreement < MIN_AGREEMENT;
   }
+  keepRefutedOfBadScan();
   return frames_;
 }
 
