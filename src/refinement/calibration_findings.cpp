@@ -66,7 +66,7 @@ wantedFocalLength(const WantedFocalLength& wanted, bool is_corrected,
 Finding
 otherCorrection(const CalibrationTest& test)
 {
-  Finding finding{Severity::WARNING,
+  Finding finding{Severity::FAULT,
                   "calibration",
                   "the data want a correction that no camera "
                   "has, which was not applied: " +

@@ -28,9 +28,10 @@ constexpr int NUM_PATCHES = 5, NUM_SAMPLES = 25;
 constexpr double MEASURED = 0.9, LARGEST_RATIO = 1.6;
 /** A patch is flat when it deviates by less from a plane [sigma of a pixel]. */
 constexpr double FLAT = 2;
-/** One way of reading numbers is better than another when it leaves at most this of the deviation.
- */
-constexpr double BETTER = 0.6;
+/** A patch has a slope when its depths differ by this ratio. */
+constexpr double SLOPE = 1.1;
+/** A mean over patches so many of its deviations below 0 is no chance. */
+constexpr double SURE = 4;
 /** Fewer patches say nothing. */
 constexpr std::size_t FEWEST_PATCHES = 10;
 
@@ -106,8 +107,8 @@ addPatch(const std::vector<Sample>& samples, const DepthNoise& noise, DepthNumbe
     numbers.ray_shares.push_back(with_rays.coefficient);
   const double as_depth = plane.rms * mean;
   const double as_inverse = fitLinear(samples, depth).rms / mean;
-  numbers.flat_as_depth += as_depth < BETTER * as_inverse;
-  numbers.flat_as_inverse += as_inverse < BETTER * as_depth;
+  if (depth.maxCoeff() > SLOPE * depth.minCoeff() && as_depth > 0 && as_inverse > 0)
+    numbers.inverse_ratios.push_back(std::log(as_inverse / as_depth));
 }
 
 void
@@ -160,6 +161,21 @@ shareAlone(const cv::Mat& depth)
   return compared > 0 ? double(alone) / double(compared) : 0;
 }
 
+/** How many of its standard deviations a mean lies above 0; 0 of few values. */
+double
+deviationsOfMean(const std::vector<double>& values)
+{
+  double sum = 0, squares = 0;
+  for (const double value : values) {
+    sum += value;
+    squares += value * value;
+  }
+  const double number = double(values.size()), variance = squares * number - sum * sum;
+  return values.size() >= 2 * FEWEST_PATCHES && variance > 0
+             ? sum * std::sqrt(number) / std::sqrt(variance)
+             : 0;
+}
+
 Finding
 fault(const std::string& what, const char* name, double value, const char* remedy)
 {
@@ -185,8 +201,7 @@ numbersOf(const cv::Mat& depth, const CameraIntrinsics& camera)
 void
 checkNumbers(const std::vector<DepthNumbers>& frames, std::vector<Finding>& findings)
 {
-  std::vector<double> steps, step_sigmas, largest, at_most, alone, ray_shares;
-  double as_depth = 0, as_inverse = 0;
+  std::vector<double> steps, step_sigmas, largest, at_most, alone, ray_shares, inverse_ratios;
   for (const DepthNumbers& frame : frames) {
     if (!frame.has_depth)
       continue;
@@ -196,8 +211,8 @@ checkNumbers(const std::vector<DepthNumbers>& frames, std::vector<Finding>& find
     at_most.push_back(frame.at_most);
     alone.push_back(frame.alone);
     ray_shares.insert(ray_shares.end(), frame.ray_shares.begin(), frame.ray_shares.end());
-    as_depth += double(frame.flat_as_depth);
-    as_inverse += double(frame.flat_as_inverse);
+    inverse_ratios.insert(inverse_ratios.end(), frame.inverse_ratios.begin(),
+                          frame.inverse_ratios.end());
   }
   if (steps.empty())
     return;
@@ -224,10 +239,10 @@ checkNumbers(const std::vector<DepthNumbers>& frames, std::vector<Finding>& find
                     100 * share),
          {{"share", share}},
          "if the bytes of the files are swapped, or they hold no depth, convert them"});
-  if (as_depth + as_inverse >= double(2 * FEWEST_PATCHES) && as_inverse > 2 * as_depth)
+  if (deviationsOfMean(inverse_ratios) < -SURE)
     findings.push_back(fault("planes are flat only if the numbers are inverse depth (disparity), "
                              "not depth",
-                             "share_flat_as_inverse", as_inverse / (as_depth + as_inverse),
+                             "deviations", -deviationsOfMean(inverse_ratios),
                              "convert disparity to depth: focal length x baseline / disparity"));
   else if (const Spread spread = spreadOf(ray_shares);
            ray_shares.size() >= FEWEST_PATCHES && spread.median > 0.5 && spread.median < 1.5 &&

@@ -21,9 +21,9 @@ struct DepthNumbers {
   /** Of patches that are flat: how much the numbers are lengths of rays (1) and not depth along the
    *  optical axis (0). The inverse depth of a plane is linear in the pixel, that of rays is not. */
   std::vector<double> ray_shares;
-  /** Patches with a slope that are flat only if the numbers are depth, or only if they are inverse
-   *  depth (disparity). */
-  std::size_t flat_as_depth = 0, flat_as_inverse = 0;
+  /** Of patches with a slope: logarithm of the deviation from a plane if the numbers are inverse
+   *  depth (disparity), over that if they are depth. Above 0 for depth. */
+  std::vector<double> inverse_ratios;
 };
 
 /** \param depth CV_32FC1 [m], NaN = not measured */

@@ -168,7 +168,7 @@ private:
   count(const Case& c, Judgement judgement)
   {
     const std::lock_guard<std::mutex> lock(print_mutex_);
-    const bool is_fault = judgement == Judgement::SILENT_FAULT || judgement == Judgement::CRASHED;
+    const bool is_fault = judgement != Judgement::RIGHT && judgement != Judgement::NAMED;
     const auto known = knownFaults().find(c.name());
     const bool is_known = known != knownFaults().end();
     if (is_fault != is_known)

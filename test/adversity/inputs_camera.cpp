@@ -201,7 +201,7 @@ unitInputs()
       {"inverse_depth", both, units([](double z) { return 8000 / z; }), NO_DEPTH},
       {"disparity", table, open3dUnits([](double z) { return 525 * 0.075 / z * 32; }), NO_DEPTH},
       {"eight_bits_scaled", both, units([](double z) { return std::round(z * 255 / 5) * 98; }),
-       UNITS},
+       "in steps"},
       {"eight_bit_files", table, depthPixels([](std::size_t, const cv::Mat& pixels) {
          cv::Mat result;
          pixels.convertTo(result, CV_8U, 1. / 98);
