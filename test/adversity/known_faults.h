@@ -13,8 +13,11 @@ inline const std::map<std::string, std::string>&
 knownFaults()
 {
   static const std::map<std::string, std::string> faults = {
+      {"30_cm_too_far.table", "doubtful, but by its symptoms alone"},
+      {"as_seven_scenes_with_poses.table", "1.4 mm for 1.2; the camera is that of the format"},
       {"dark_start.desk", "frames without colour are placed by depth alone: 13 mm for 12"},
       {"depth_half_a_frame_later.half_late", "1.5 mm for 1.2: half a frame moves few edges"},
+      {"wild_pixels.desk", "8 of 24 frames are left: single wrong pixels stay in the depth"},
   };
   return faults;
 }
