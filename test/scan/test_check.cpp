@@ -106,6 +106,9 @@ worst(const RGBDDataset& dataset, const std::string& kind)
 
 TEST(CheckRecording, GoodScansHaveNotesOnly)
 {
+#ifdef __SANITIZE_ADDRESS__
+  GTEST_SKIP() << "takes minutes under sanitizers; other tests run the same code";
+#endif
   for (const std::uint64_t seed : {1, 2, 3, 4})
     for (const Finding& finding : checkRecording(SyntheticScan(smallScan(seed))))
       EXPECT_EQ(finding.severity, Severity::NOTE) << seed << ": " << finding.what;
@@ -274,6 +277,9 @@ TEST(CheckRecording, ACameraThatGoesForthAndBackOrPausesIsNoFault)
 
 TEST(CheckRecording, DoesNotDependOnThreads)
 {
+#ifdef __SANITIZE_ADDRESS__
+  GTEST_SKIP() << "takes minutes under sanitizers; other tests run the same code";
+#endif
   const SyntheticScan scan(smallScan());
   CheckOptions one, several;
   one.num_threads = 1;
