@@ -14,7 +14,7 @@ namespace {
 
 /** Fewest frames with edges in depth and colour that say something, and those whose spread is
  *  known well. */
-constexpr std::size_t FEWEST_FRAMES = 6, MANY_FRAMES = 12;
+constexpr std::size_t FEWEST_FRAMES = 6, SPREAD_KNOWN = 12;
 /** A mean so many of its standard deviations above 0, and so large, is no chance, though many
  *  places are tried: where depth lies right it is below 0 in all of them. */
 constexpr double SURE = 3, MIN_GAIN_IN_TIME = 0.02, MIN_GAIN_IN_HALF = 0.04,
@@ -99,7 +99,7 @@ bestShift(const Sample& sample, const Window& window, double min_gain)
   for (std::ptrdiff_t shift = -most; shift <= most; ++shift) {
     const Gain gain = gainOfShift(sample, window, shift);
     const double few =
-        std::sqrt(double(MANY_FRAMES) / double(std::max<std::size_t>(1, gain.count)));
+        std::sqrt(double(SPREAD_KNOWN) / double(std::max<std::size_t>(1, gain.count)));
     if (shift != 0 && gain.mean > best.gain.mean && gain.deviations > SURE * std::max(1.0, few))
       best = {shift, gain};
   }

@@ -2,11 +2,11 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include <bundle_icp/reconstruction.h>
 
-#include "mapping/component_adjustment.h"
 #include "refinement/moving_pixels.h"
 #include "scan/prepared_scan.h"
 #include "scan/read_in_order.h"
 #include "scan/result_findings.h"
+#include "scan/result_frames.h"
 #include "scan/scan_surface.h"
 
 #include <pcl/exceptions.h>
@@ -14,7 +14,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <limits>
 #include <numeric>
 
 namespace bundle_icp {
@@ -74,16 +73,8 @@ private:
   mapFrames();
   void
   verify();
-  void
-  leaveOut(const std::vector<VerifiedFrame>& frames);
-  void
-  forgetLostDeviations();
   bool
   makeSurface();
-  void
-  chooseWorld();
-  void
-  reportPose(std::size_t node);
   void
   reportFrames(const std::vector<FrameRegistration>& registrations);
   template <class Stage>
@@ -221,30 +212,9 @@ Reconstruction::mapFrames()
   if (is_last_)
     scan_.releaseDescriptors();
   result_.self_calibration = mapper.selfCalibration();
-  chooseWorld();
+  chooseWorld(result_);
   reportFrames(mapper.registrations());
   return completed;
-}
-
-/** The world is the camera of the earliest registered frame, however the run began. */
-void
-Reconstruction::chooseWorld()
-{
-  SparseModel& model = result_.model;
-  const ImageGraph& graph = *result_.graph;
-  result_.component_sizes.clear();
-  for (int component = 0;; ++component) {
-    const std::vector<std::size_t> nodes = model.registeredFrames(component);
-    if (nodes.empty())
-      break;
-    result_.component_sizes.push_back(nodes.size());
-    const std::size_t first =
-        *std::min_element(nodes.begin(), nodes.end(), [&graph](std::size_t a, std::size_t b) {
-          return graph.timestamp(a) < graph.timestamp(b);
-        });
-    model.transform(component, model.worldFromCamera(first).inverse());
-    model.setWorldFromCamera(first, Pose::Identity());
-  }
 }
 
 void
@@ -259,72 +229,7 @@ Reconstruction::reportFrames(const std::vector<FrameRegistration>& registrations
     else if (frame.reason.empty())
       frame.reason = "no registered frame shares enough matches with it";
     frame.depth_error = result_.model.depthError(node);
-    reportPose(node);
-  }
-}
-
-void
-Reconstruction::reportPose(std::size_t node)
-{
-  FrameReport& frame = result_.frames[result_.frame_of_node[node]];
-  frame.registered = result_.model.isRegistered(node);
-  frame.component = result_.model.component(node);
-  frame.world_from_camera =
-      frame.registered ? result_.model.worldFromCamera(node) : Pose::Identity();
-  frame.world_from_depth = result_.model.worldFromDepth(node);
-}
-
-/** Takes the poses of refuted frames back. */
-void
-Reconstruction::leaveOut(const std::vector<VerifiedFrame>& frames)
-{
-  SparseModel& model = result_.model;
-  const auto remove = [&](std::size_t node, const std::string& reason) {
-    model.removeFrame(node);
-    FrameReport& frame = result_.frames[result_.frame_of_node[node]];
-    frame.verdict = FrameVerdict::LEFT_OUT;
-    frame.reason = reason;
-    frame.doubt.clear();
-    frame.covariance.setZero();
-    frame.position_deviation = frame.rotation_deviation = 0;
-  };
-  bool has_refuted = false;
-  for (std::size_t node = 0; node < frames.size(); ++node)
-    if (frames[node].refuted) {
-      has_refuted = true;
-      remove(node, frames[node].doubt);
-    }
-  if (!has_refuted)
-    return;
-  for (int component = 0; component < int(result_.component_sizes.size()); ++component)
-    if (const auto left = model.registeredFrames(component); left.size() == 1)
-      remove(left.front(), "the frames that shared matches with it are left out");
-  numberBySize(model);
-  chooseWorld();
-  for (std::size_t node = 0; node < frames.size(); ++node)
-    reportPose(node);
-  forgetLostDeviations();
-}
-
-/** Deviations are relative to the first frame of a component: without it nothing is known. */
-void
-Reconstruction::forgetLostDeviations()
-{
-  constexpr double unknown = std::numeric_limits<double>::infinity();
-  for (int component = 0; component < int(result_.component_sizes.size()); ++component) {
-    const auto is_in = [&](const FrameReport& frame) {
-      return frame.registered && frame.component == component;
-    };
-    if (std::any_of(result_.frames.begin(), result_.frames.end(), [&](const FrameReport& frame) {
-          return is_in(frame) && frame.position_deviation == 0;
-        }))
-      continue;
-    for (FrameReport& frame : result_.frames)
-      if (is_in(frame)) {
-        frame.covariance.setZero();
-        frame.covariance.diagonal().setConstant(unknown);
-        frame.position_deviation = frame.rotation_deviation = unknown;
-      }
+    reportPose(node, result_);
   }
 }
 
@@ -345,7 +250,7 @@ Reconstruction::verify()
     frame.doubt = verification.frames[node].doubt;
     frame.depth_agreement = verification.frames[node].depth_agreement;
   }
-  leaveOut(verification.frames);
+  leaveOutRefuted(verification.frames, result_);
   const std::vector<MovingPixels> moving = findMovingPixels(
       *result_.graph, result_.model, verification.frames, view_of_node, options_.num_threads);
   moving_.resize(result_.frames.size());

@@ -35,10 +35,6 @@ featureDepths(const ReconstructionResult& result)
   return depths;
 }
 
-} // namespace
-
-namespace {
-
 Finding
 cameraFixedFinding(const cv::Mat& mask)
 {

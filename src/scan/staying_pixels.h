@@ -17,8 +17,6 @@ public:
   /** Mask of what moves with a moving camera: a gripper, a hand on the sensor, a part of its mount.
    *  CV_8UC1 of the size of the frames, not 0 where it is; empty when nothing is. */
   cv::Mat camera_fixed;
-  /** Share of the measured pixels that stay at their depth, in all sampled frames. */
-  double share = 0;
   /** Share of the measured pixels whose farthest depth and grey level stay, of all or of those on
    *  no plain surface, whichever is less; 0 where too few tell. */
   double share_of_surroundings = 0;
@@ -54,11 +52,8 @@ private:
   float farthest_ = std::numeric_limits<float>::infinity();
 };
 
-/** Finds pixels that stay. A part of the camera is a region of constant depth that ends at an edge
- *  of depth which stays at its pixels. A plane along which the camera moves, such as the floor
- *  before a robot, has constant depth too, but no such edge. Where most pixels keep their depth,
- *  the camera stands still, and no part of it is found: the background is what most depth agrees
- *  on.
+/** Finds pixels that stay: with findCameraFixedPart(), or where most of the image stays, the
+ *  surroundings of a camera that stands still.
  *  Looks at `num_samples` frames, evenly distributed. */
 StayingPixels
 findStayingPixels(const RGBDDataset& dataset, int num_threads, std::size_t num_samples = 24);
