@@ -4,6 +4,7 @@
 
 #include "refinement/format_text.h"
 #include "refinement/spread.h"
+#include "scan/lone_depth.h"
 
 #include <Eigen/Dense>
 
@@ -18,8 +19,8 @@ constexpr double LARGEST_STEP = 5;
 /** Share of the depth at the largest value from which it is clipped there. */
 constexpr double CLIPPED_SHARE = 0.05;
 /** Share of pixels that differ from their neighbours, from which depth is noise in part, and as a
- *  whole; and by how much of their depth they differ. */
-constexpr double SOME_ALONE = 0.01, MOST_ALONE = 0.3, APART = 0.1;
+ *  whole. */
+constexpr double SOME_ALONE = 0.01, MOST_ALONE = 0.1;
 /** Patches of the image in which planes are looked for: their number along its width, samples along
  *  their sides, share of the samples that must be measured, and the largest ratio of
  *  depths in a patch: more is an edge. Smaller patches show errors of the sensor, larger ones are
@@ -141,24 +142,12 @@ addSteps(const cv::Mat& depth, const DepthNoise& noise, DepthNumbers& numbers)
   numbers.step_sigmas = medianOf(step_sigmas);
 }
 
-/** Share of the pixels whose four neighbours are measured, and all elsewhere. */
+/** Share of the measured pixels. */
 double
 shareAlone(const cv::Mat& depth)
 {
-  std::size_t compared = 0, alone = 0;
-  for (int v = 1; v + 1 < depth.rows; v += 3)
-    for (int u = 1; u + 1 < depth.cols; u += 3) {
-      const float z = depth.at<float>(v, u);
-      const float others[] = {depth.at<float>(v - 1, u), depth.at<float>(v + 1, u),
-                              depth.at<float>(v, u - 1), depth.at<float>(v, u + 1)};
-      if (!(z > 0) || !std::all_of(others, others + 4, [](float other) { return other > 0; }))
-        continue;
-      ++compared;
-      alone += std::all_of(others, others + 4, [z](float other) {
-        return std::abs(other - z) > APART * std::min(z, other);
-      });
-    }
-  return compared > 0 ? double(alone) / double(compared) : 0;
+  return double(cv::countNonZero(loneDepth(depth))) /
+         double(std::max(1, cv::countNonZero(depth > 0)));
 }
 
 /** How many of its standard deviations a mean lies above 0; 0 of few values. */
@@ -235,7 +224,8 @@ checkNumbers(const std::vector<DepthNumbers>& frames, std::vector<Finding>& find
     findings.push_back(
         {share > MOST_ALONE ? Severity::FAULT : Severity::WARNING,
          "depth_numbers",
-         formatText("%.0f %% of the depth is noise: it differs from all of its neighbours",
+         formatText("%.0f %% of the depth is noise: it differs from all of its neighbours, "
+                    "and is left out",
                     100 * share),
          {{"share", share}},
          "if the bytes of the files are swapped, or they hold no depth, convert them"});

@@ -17,7 +17,7 @@ struct DepthNumbers {
   double step_sigmas = 0; ///< the same in standard deviations of the sensor's noise
   double largest = 0;     ///< largest value [m]
   double at_most = 0;     ///< share of the pixels that have it
-  double alone = 0;       ///< share of the pixels that differ from all neighbours by a tenth
+  double alone = 0;       ///< share of the measured pixels that loneDepth() finds
   /** Of patches that are flat: how much the numbers are lengths of rays (1) and not depth along the
    *  optical axis (0). The inverse depth of a plane is linear in the pixel, that of rays is not. */
   std::vector<double> ray_shares;

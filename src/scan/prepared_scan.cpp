@@ -85,7 +85,7 @@ PreparedScan::Impl::needCheck(Timing& timing)
   runOnce("check", check_stage_, timing, [this] {
     CheckOptions check;
     check.num_threads = options_.num_threads;
-    check_findings_ = checkRecording(dataset_, check);
+    check_findings_ = checkRecording(dataset_.unfiltered(), check);
     return true;
   });
   return check_findings_;

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "scan/depth_view_store.h"
-#include "scan/masked_dataset.h"
+#include "scan/filtered_dataset.h"
 #include "scan/staying_pixels.h"
 
 #include <bundle_icp/reconstruction.h>
@@ -106,7 +106,7 @@ private:
   bool
   buildGraph(const ProgressCallback& progress);
 
-  MaskedDataset dataset_;
+  FilteredDataset dataset_;
   const ReconstructionOptions options_;
   std::vector<FrameReport> frames_;
   std::vector<ImageNode> nodes_; ///< of each frame, until the graph takes them

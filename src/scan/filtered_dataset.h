@@ -3,6 +3,7 @@
 #pragma once
 
 #include "common/left_out.h"
+#include "scan/lone_depth.h"
 
 #include <bundle_icp/io/rgbd_dataset.h>
 
@@ -13,11 +14,11 @@
 
 namespace bundle_icp {
 
-/** A dataset that is seen through masks: pixels under them have no depth, and therefore no
- *  features. Refers to the dataset, which must outlive it. */
-class MaskedDataset : public RGBDDataset {
+/** A dataset without what must not count: depth that no neighbour shares, and pixels under masks.
+ *  They have no depth, and therefore no features. Refers to the dataset, which must outlive it. */
+class FilteredDataset : public RGBDDataset {
 public:
-  explicit MaskedDataset(const RGBDDataset& dataset) : dataset_(dataset) {}
+  explicit FilteredDataset(const RGBDDataset& dataset) : dataset_(dataset) {}
 
   /** \param mask gives that of a frame: CV_8UC1 of its size, or nothing; several threads call it
    *  at once. No other thread may read meanwhile. */
@@ -25,6 +26,12 @@ public:
   setMask(std::function<cv::Mat(const RGBDFrame&)> mask)
   {
     mask_ = std::move(mask);
+  }
+
+  const RGBDDataset&
+  unfiltered() const
+  {
+    return dataset_;
   }
 
   std::size_t
@@ -61,6 +68,8 @@ public:
   read(std::size_t index) const override
   {
     RGBDFrame frame = dataset_.read(index);
+    if (frame.depth.type() == CV_32FC1)
+      leaveOut(loneDepth(frame.depth), frame.depth);
     const cv::Mat mask = mask_ ? mask_(frame) : cv::Mat();
     if (!mask.empty() && mask.size() == frame.depth.size())
       leaveOut(mask, frame.depth);
