@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "landmarks.h"
+#include "scan/lone_depth.h"
 #include "variants.h"
 
 #include <bundle_icp/adjustment/bundle_adjustment.h>
@@ -52,6 +53,15 @@ depthView(int reduction)
 {
   const DepthView view = viewOf(0, reduction);
   return bits(view.depth) + bits(view.normals) + bits(view.weight);
+}
+
+std::string
+depthAlone()
+{
+  cv::Mat depth(41, 83, CV_32FC1);
+  cv::RNG random(3);
+  random.fill(depth, cv::RNG::UNIFORM, 1, 3);
+  return bits(loneDepth(depth));
 }
 
 std::string
@@ -160,6 +170,7 @@ INSTANTIATE_TEST_SUITE_P(, SimdVariants,
                                          Step{"ReducedDepthView", [] { return depthView(2); }},
                                          Step{"VirtualDepth", virtualDepth},
                                          Step{"Alignment", alignment},
+                                         Step{"LoneDepth", depthAlone},
                                          Step{"CorrectedDepth", correctedDepths},
                                          Step{"SmoothedSurface", smoothedSurface},
                                          Step{"DescriptorMatches", descriptorMatches},

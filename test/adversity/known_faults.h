@@ -17,7 +17,6 @@ knownFaults()
       {"as_seven_scenes_with_poses.table", "1.4 mm for 1.2; the camera is that of the format"},
       {"dark_start.desk", "frames without colour are placed by depth alone: 13 mm for 12"},
       {"depth_half_a_frame_later.half_late", "1.5 mm for 1.2: half a frame moves few edges"},
-      {"wild_pixels.desk", "8 of 24 frames are left: single wrong pixels stay in the depth"},
   };
   return faults;
 }

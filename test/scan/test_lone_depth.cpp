@@ -2,8 +2,6 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "scan/lone_depth.h"
 
-#include "common/simd.h"
-
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -41,25 +39,6 @@ TEST(LoneDepth, SaysNothingWhereLittleIsMeasured)
   depth.at<float>(10, 10) = 1;
   depth.at<float>(10, 11) = 3; // all that is known of either is that the other lies elsewhere
   EXPECT_EQ(cv::countNonZero(loneDepth(depth)), 0);
-}
-
-TEST(LoneDepth, IsTheSameWithEachInstructionSet)
-{
-  cv::Mat depth(41, 83, CV_32FC1);
-  cv::RNG random(3);
-  random.fill(depth, cv::RNG::UNIFORM, 1, 3);
-  using bundle_icp::simd::Variant;
-  const Variant best = bundle_icp::simd::bestVariant();
-  bundle_icp::simd::setVariant(Variant::BASELINE);
-  const cv::Mat expected = loneDepth(depth);
-  EXPECT_GT(cv::countNonZero(expected), 100);
-  for (const Variant variant : {Variant::AVX2, Variant::AVX512}) {
-    if (variant > best)
-      continue;
-    bundle_icp::simd::setVariant(variant);
-    EXPECT_EQ(cv::countNonZero(loneDepth(depth) != expected), 0);
-  }
-  bundle_icp::simd::setVariant(best);
 }
 
 } // namespace
