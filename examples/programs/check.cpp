@@ -32,7 +32,8 @@ run(int argc, char** argv)
   CheckOptions check;
   po::options_description general("General");
   auto add = general.add_options();
-  add("help,h", "print this help");
+  add("help,h", "print this text");
+  add("version", "print the version");
   add("frames", po::value(&check.num_frames)->value_name("N")->default_value(check.num_frames),
       "frames that are read; fewer where images have more than 640x480 pixels");
   add("threads", po::value(&check.num_threads)->value_name("N")->default_value(0),
@@ -61,5 +62,5 @@ run(int argc, char** argv)
 int
 main(int argc, char** argv)
 {
-  return runProgram("bundle_icp_check", [&] { return run(argc, argv); });
+  return runProgram("bundle_icp_check", run, argc, argv);
 }

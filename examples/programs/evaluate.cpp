@@ -56,6 +56,7 @@ describeOptions(Arguments& arguments)
   po::options_description options("Options");
   auto add = options.add_options();
   add("help,h", "print this text");
+  add("version", "print the version");
   add("json", po::bool_switch(&arguments.json), "print JSON instead of a table");
   add("frames", po::value(&arguments.frames)->value_name("LIST"),
       "file whose first column holds the time stamps of all frames [s], for the share of frames "
@@ -293,8 +294,6 @@ runEvaluation(int argc, char** argv)
     printJson(evaluation, *arguments);
   else
     printTable(evaluation, *arguments);
-  if (!std::cout.flush() || std::fflush(stdout) != 0)
-    throw std::runtime_error("standard output cannot be written");
   return 0;
 }
 
@@ -303,5 +302,5 @@ runEvaluation(int argc, char** argv)
 int
 main(int argc, char** argv)
 {
-  return runProgram("bundle_icp_evaluate", [&] { return runEvaluation(argc, argv); });
+  return runProgram("bundle_icp_evaluate", runEvaluation, argc, argv);
 }

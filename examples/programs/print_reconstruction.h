@@ -4,6 +4,7 @@
 // What bundle_icp_reconstruct prints of a result.
 #pragma once
 
+#include <bundle_icp/common/printable_text.h>
 #include <bundle_icp/reconstruction.h>
 
 #include <algorithm>
@@ -32,7 +33,7 @@ printReasons(const ReconstructionResult& result, std::size_t max_names)
       names += (i ? ", " : "") + frames[i];
     if (frames.size() > max_names)
       names += " and " + std::to_string(frames.size() - max_names) + " more";
-    std::cerr << names << ": " << reason << "\n";
+    std::cerr << printable(names + ": " + reason) << "\n";
   }
 }
 
@@ -128,7 +129,7 @@ printDoubts(const ReconstructionResult& result)
   std::size_t count = 0;
   for (const FrameReport& frame : result.frames)
     if (frame.verdict == FrameVerdict::DOUBTFUL && ++count <= max_names)
-      std::cerr << frame.name << ": doubtful pose: " << frame.doubt << "\n";
+      std::cerr << printable(frame.name) << ": doubtful pose: " << frame.doubt << "\n";
   if (count > max_names)
     std::cerr << "and " << count - max_names << " more frames with a doubtful pose\n";
 }
@@ -141,7 +142,7 @@ printScene(const ReconstructionResult& result)
   for (const Finding& finding : result.findings)
     if (finding.kind == "scene" || finding.kind == "masks" ||
         finding.kind == "estimated_intrinsics")
-      std::cout << finding.what << "\n";
+      std::cout << printable(finding.what) << "\n";
 }
 
 } // namespace bundle_icp

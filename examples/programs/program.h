@@ -4,15 +4,23 @@
 // Shared by the programs: exit codes, one-line errors, progress on the error stream.
 #pragma once
 
+#include <bundle_icp/common/printable_text.h>
 #include <bundle_icp/common/progress.h>
+#include <bundle_icp/version.h>
 
 #include <boost/program_options/errors.hpp>
 #include <pcl/console/print.h>
 
+#include <algorithm>
+#include <csignal>
 #include <cstdio>
+#include <cstring>
+#include <fcntl.h>
+#include <iostream>
 #if defined(__GLIBC__)
 #include <malloc.h>
 #endif
+#include <new>
 #include <stdexcept>
 #include <string>
 #include <unistd.h>
@@ -35,11 +43,50 @@ keepFreedMemory()
 #endif
 }
 
-/** Runs a program's body, which returns the exit code. An exception becomes one line on the error
- *  stream and exit code 2 for wrong usage, 1 for everything else. */
+/** Occupies the descriptors of standard streams that are closed: a file of results that got one
+ *  would also get what is printed. */
+inline void
+holdStandardStreams()
+{
+  for (int stream = 0; stream <= 2; ++stream)
+    if (fcntl(stream, F_GETFD) < 0)
+      (void)!open("/dev/null", O_RDONLY);
+}
+
+/** Asks a run to stop on SIGINT or SIGTERM, so that it can say what was done and leave nothing
+ *  behind. The second signal ends the program at once. */
+class StopOnSignal {
+public:
+  StopOnSignal()
+  {
+    struct sigaction action {};
+    action.sa_handler = [](int) { is_asked_ = 1; };
+    action.sa_flags = SA_RESETHAND;
+    for (const int signal : {SIGINT, SIGTERM}) {
+      struct sigaction earlier {};
+      sigaction(signal, nullptr, &earlier);
+      if (earlier.sa_handler != SIG_IGN)
+        sigaction(signal, &action, nullptr);
+    }
+  }
+
+  static bool
+  isAsked()
+  {
+    return is_asked_ != 0;
+  }
+
+private:
+  static inline volatile std::sig_atomic_t is_asked_ = 0;
+};
+
+/** Runs a program's body, which returns the exit code, unless the version is asked for. An
+ *  exception becomes one line on the error stream and exit code 2 for wrong usage, 1 for everything
+ *  else.
+ *  \param memory_hint what needs less memory, for the message when there is not enough */
 template <typename Body>
 int
-runProgram(const char* name, Body&& body)
+runProgram(const char* name, const Body& body, int argc, char** argv, const char* memory_hint = "")
 {
   // PCL's readers and writers print several lines about a bad file; a program prints
   // one.
@@ -47,20 +94,31 @@ runProgram(const char* name, Body&& body)
   keepFreedMemory();
   const auto fail = [name](const std::exception& error, int exit_code) {
     // PCL puts a colon before the text of an exception without a place.
-    const std::string message = error.what();
+    const std::string message = printable(error.what());
     std::fprintf(stderr, "%s: %s%s\n", name,
                  message.c_str() + (message.rfind(": ", 0) == 0 ? 2 : 0),
                  exit_code == 2 ? " (-h for help)" : "");
     return exit_code;
   };
+  holdStandardStreams();
   try {
-    return body();
+    const bool is_version = std::any_of(
+        argv + 1, argv + argc, [](const char* word) { return !std::strcmp(word, "--version"); });
+    if (is_version)
+      std::cout << name << " " << BUNDLE_ICP_VERSION << "\n";
+    const int exit_code = is_version ? 0 : body(argc, argv);
+    if (!std::cout.flush() || std::fflush(stdout) != 0)
+      throw std::runtime_error("standard output cannot be written: it is closed or full");
+    return exit_code;
   }
   catch (const boost::program_options::error& error) {
     return fail(error, 2);
   }
   catch (const UsageError& error) {
     return fail(error, 2);
+  }
+  catch (const std::bad_alloc&) {
+    return fail(std::runtime_error(std::string("not enough memory") + memory_hint), 1);
   }
   catch (const std::exception& error) {
     return fail(error, 1);
@@ -78,12 +136,21 @@ public:
   ProgressPrinter&
   operator=(const ProgressPrinter&) = delete;
 
-  /** Never asks to stop. */
+  /** \return false when a signal asked to stop. */
   bool
   operator()(const Progress& progress)
   {
-    if (is_quiet_)
-      return true;
+    if (!is_quiet_)
+      show(progress);
+    return !StopOnSignal::isAsked();
+  }
+
+private:
+  static constexpr int bar_width = 40;
+
+  void
+  show(const Progress& progress)
+  {
     if (progress.stage != stage_) {
       finishBar();
       stage_ = progress.stage;
@@ -92,14 +159,10 @@ public:
     const int resolution = is_terminal_ ? bar_width : 10;
     const int part = progress.total > 0 ? int(resolution * progress.done / progress.total) : 0;
     if (part == shown_)
-      return true;
+      return;
     shown_ = part;
     is_terminal_ ? drawBar(progress, part) : printLine(progress);
-    return true;
   }
-
-private:
-  static constexpr int bar_width = 40;
 
   void
   drawBar(const Progress& progress, int part)

@@ -163,6 +163,7 @@ describe(Arguments& arguments)
                "device that computes: cpu, or auto, which is the same for now");
   add_compared("quiet,q", po::bool_switch(&arguments.is_quiet), "no progress");
   add_compared("help,h", "print this text");
+  add_compared("version", "print the version");
   return po::options_description()
       .add(describeRecording(arguments.dataset))
       .add(describeCalibration(arguments.calibration))
@@ -254,8 +255,9 @@ printSummary(const Arguments& arguments, const RGBDDataset& dataset,
 {
   if (!dataset.skipped().empty())
     std::cerr << dataset.skipped().size() << " files of the recording are missing or have no "
-              << "partner, for example " << dataset.skipped().front().file << ": "
-              << dataset.skipped().front().reason << "\n";
+              << "partner, for example "
+              << printable(dataset.skipped().front().file + ": " + dataset.skipped().front().reason)
+              << "\n";
   const DepthNoise& noise = dataset.camera().depth_noise;
   if (!arguments.is_quiet)
     std::cerr << "sensor: " << sensorName(noise) << ", depth deviates by " << noise.constant
@@ -278,6 +280,20 @@ printSummary(const Arguments& arguments, const RGBDDataset& dataset,
   printVerdict(result);
 }
 
+/** What a run had done when a signal ended it. */
+std::string
+stopMessage(const Arguments& arguments, const ReconstructionResult& result)
+{
+  const auto registered = std::count_if(result.frames.begin(), result.frames.end(),
+                                        [](const FrameReport& frame) { return frame.registered; });
+  std::string stages;
+  for (const auto& [stage, seconds] : result.timing_s)
+    stages += (stages.empty() ? "" : ", ") + stage;
+  return "stopped by a signal (stages begun: " + stages + "; " + std::to_string(registered) +
+         " of " + std::to_string(result.frames.size()) + " frames had a pose); " +
+         arguments.output + " is as it was";
+}
+
 int
 runReconstruction(int argc, char** argv)
 {
@@ -287,12 +303,15 @@ runReconstruction(int argc, char** argv)
   const RGBDDataset::Ptr dataset =
       openCalibrated(arguments->scan, arguments->dataset, arguments->calibration,
                      arguments->reconstruction.mapper);
-  checkWritable(arguments->output);
+  prepareResultFolder(arguments->output);
   ReconstructionResult result;
   {
+    const StopOnSignal stop_on_signal;
     ProgressPrinter progress(arguments->is_quiet);
     result = reconstruct(*dataset, arguments->reconstruction, std::ref(progress));
   }
+  if (result.status == ReconstructionStatus::STOPPED)
+    throw std::runtime_error(stopMessage(*arguments, result));
   if (result.status == ReconstructionStatus::NOTHING_REGISTERED) {
     printReasons(result, result.frames.size());
     for (const Finding& finding : findingsAboveNote(result))
@@ -303,8 +322,6 @@ runReconstruction(int argc, char** argv)
     throw pcl::PCLException(arguments->scan + ": --roi object: " + result.object->reason);
   writeReconstruction(arguments->output, *dataset, arguments->reconstruction, result);
   printSummary(*arguments, *dataset, result);
-  if (!std::cout.flush())
-    return 1;
   return result.verdict() == Verdict::DOUBTFUL ? DOUBTFUL_RESULT : 0;
 }
 
@@ -313,5 +330,8 @@ runReconstruction(int argc, char** argv)
 int
 main(int argc, char** argv)
 {
-  return runProgram("bundle_icp_reconstruct", [&] { return runReconstruction(argc, argv); });
+  return runProgram(
+      "bundle_icp_reconstruct", runReconstruction, argc, argv,
+      ": larger voxels (--voxel-size), a smaller --roi, fewer frames (--stride) or --no-mesh need "
+      "less");
 }

@@ -10,11 +10,9 @@
 #include <bundle_icp/io/rgbd_dataset.h>
 #include <bundle_icp/scan/estimate_intrinsics.h>
 
-#include <boost/filesystem.hpp>
 #include <boost/program_options.hpp>
 #include <pcl/exceptions.h>
 
-#include <fstream>
 #include <optional>
 #include <string>
 
@@ -122,23 +120,6 @@ parseScanArguments(int argc, char** argv,
   }
   po::notify(values);
   return values;
-}
-
-/** Fails early when the folder cannot be written, before minutes of work. */
-inline void
-checkWritable(const std::string& folder)
-{
-  namespace fs = boost::filesystem;
-  boost::system::error_code error;
-  fs::create_directories(folder, error);
-  if (error || !fs::is_directory(folder))
-    throw pcl::IOException(folder + ": cannot be made a folder" +
-                           (error ? ": " + error.message() : ""));
-  const fs::path probe = fs::path(folder) / fs::unique_path(".bundle_icp_%%%%%%%%");
-  const bool is_writable = bool(std::ofstream(probe.string()) << ' ' << std::flush);
-  fs::remove(probe, error);
-  if (!is_writable)
-    throw pcl::IOException(folder + ": cannot be written");
 }
 
 } // namespace bundle_icp

@@ -52,6 +52,7 @@ describeScan(Arguments& arguments)
   po::options_description options("Scan");
   auto add = options.add_options();
   add("help,h", "print this text");
+  add("version", "print the version");
   add("frames", valueOf(scan.num_frames, "N"), "number of frames");
   add("rate", valueOf(scan.frame_rate, "HZ"),
       "frames per second on the path; a longer scan goes on through the room");
@@ -174,7 +175,7 @@ simulate(int argc, char** argv)
 {
   const std::optional<Arguments> arguments = parse(argc, argv);
   if (!arguments)
-    return std::cout.flush() ? 0 : 1;
+    return 0;
   const SyntheticScan scan(arguments->scan);
   ProgressPrinter progress(arguments->is_quiet);
   writeSyntheticScan(scan, arguments->folder, arguments->write, std::ref(progress));
@@ -186,5 +187,5 @@ simulate(int argc, char** argv)
 int
 main(int argc, char** argv)
 {
-  return runProgram("bundle_icp_simulate", [&] { return simulate(argc, argv); });
+  return runProgram("bundle_icp_simulate", simulate, argc, argv);
 }

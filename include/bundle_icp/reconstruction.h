@@ -188,11 +188,18 @@ BUNDLE_ICP_EXPORT ReconstructionResult
 reconstruct(PreparedScan& scan, const ReconstructionOptions& options,
             const ProgressCallback& progress = {});
 
+/** Makes a folder ready for writeReconstruction(), so that minutes of work are not in vain: makes
+ *  it where needed, and finishes what a killed run began to write there.
+ *  \throws pcl::IOException naming the folder or file that cannot be written, and the reason. */
+BUNDLE_ICP_EXPORT void
+prepareResultFolder(const std::string& folder);
+
 /** Writes into a folder, which is made if needed: `report.json`; with poses `trajectory.txt`,
  *  `calibration.json` and `trajectory.png`; with a graph `sparse.ply`; with a mesh `mesh.png` and
- *  `mesh.EXTENSION` in each format. All files are complete before the first replaces an older one:
- *  on failure the folder stays as it was. Files of these names that this result does not have are
- *  removed; other files in the folder stay.
+ *  `mesh.EXTENSION` in each format. All files are complete before the first replaces an older one;
+ *  the report, which lists them with size and CRC-32, comes last. On failure the folder stays as
+ *  it was; when the process is killed, the next prepareResultFolder() makes it wholly old or new.
+ *  Files of these names that this result does not have are removed; other files in the folder stay.
  *  \throws pcl::IOException naming the file and the reason. */
 BUNDLE_ICP_EXPORT void
 writeReconstruction(const std::string& folder, const RGBDDataset& dataset,

@@ -55,7 +55,8 @@ CameraIntrinsics::isValid(std::string* error) const
       return fail("focal length " + std::to_string(fx) + ", " + std::to_string(fy) +
                   " px gives a field of view of " + std::to_string(view / radians) +
                   " degrees; expected 5 to 160");
-  if (cx < 0 || cy < 0 || cx > width - 1 || cy > height - 1)
+  // To the borders of the outer pixels, where reduced images have theirs as well.
+  if (cx < -0.5 || cy < -0.5 || cx > width - 0.5 || cy > height - 0.5)
     return fail("principal point " + std::to_string(cx) + ", " + std::to_string(cy) +
                 " px lies outside the image of " + std::to_string(width) + "x" +
                 std::to_string(height));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include <bundle_icp/common/finding.h>
+#include <bundle_icp/common/printable_text.h>
 
 namespace bundle_icp {
 
@@ -31,7 +32,7 @@ verdictOf(const std::vector<Finding>& findings)
 std::string
 toString(const Finding& finding)
 {
-  return toString(finding.severity) + (": " + finding.what) +
+  return toString(finding.severity) + (": " + printable(finding.what)) +
          (finding.remedy.empty() ? "" : "; " + finding.remedy);
 }
 

@@ -4,6 +4,7 @@
 
 #include <bundle_icp/common/progress.h>
 
+#include <algorithm>
 #include <atomic>
 #include <exception>
 #include <omp.h>
@@ -11,11 +12,13 @@
 
 namespace bundle_icp {
 
-/** Number of threads for an option, where 0 means all. */
+/** Number of threads for an option, where 0 means all. More than a machine can start would end the
+ *  process; results are the same with any number. */
 inline int
 resolveThreads(int num_threads)
 {
-  return num_threads > 0 ? num_threads : omp_get_max_threads();
+  constexpr int most = 256;
+  return std::min(num_threads > 0 ? num_threads : omp_get_max_threads(), most);
 }
 
 /** Progress report of a parallel loop; only the calling thread calls `progress`. */
@@ -46,9 +49,15 @@ parallelFor(std::size_t count, int num_threads, const LoopProgress& report, cons
       errors[i] = std::current_exception();
     }
     ++done;
-    if (report.progress && omp_get_thread_num() == 0 &&
-        !report.progress({report.stage, done, count}))
+    if (!report.progress || omp_get_thread_num() != 0 || errors[i])
+      continue;
+    try { // no exception may leave a parallel loop
+      stop = !report.progress({report.stage, done, count});
+    }
+    catch (...) {
+      errors[i] = std::current_exception();
       stop = true;
+    }
   }
   for (const std::exception_ptr& error : errors)
     if (error)

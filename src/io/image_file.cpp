@@ -13,6 +13,10 @@ namespace bundle_icp {
 
 namespace {
 
+/** Largest encoded image [bytes], and most pixels of a camera of today. */
+constexpr std::uint64_t LARGEST_IMAGE = 500'000'000;
+constexpr std::size_t MOST_PIXELS = 150'000'000;
+
 bool
 startsWith(std::string_view bytes, std::string_view magic)
 {
@@ -40,14 +44,47 @@ isTruncated(std::string_view bytes)
   return false;
 }
 
+/** An unsigned number of `size` bytes, the highest first. */
+std::size_t
+bigEndian(std::string_view bytes, std::size_t position, std::size_t size)
+{
+  std::size_t value = 0;
+  for (std::size_t i = 0; i < size && position + i < bytes.size(); ++i)
+    value = value << 8 | std::uint8_t(bytes[position + i]);
+  return value;
+}
+
+/** Number of pixels that the header of a PNG or JPEG claims; 0 = not known. */
+std::size_t
+claimedPixels(std::string_view bytes)
+{
+  using namespace std::string_view_literals;
+  if (startsWith(bytes, "\x89PNG\r\n\x1a\n"sv))
+    return bigEndian(bytes, 16, 4) * bigEndian(bytes, 20, 4);
+  if (!startsWith(bytes, "\xff\xd8\xff"sv))
+    return 0;
+  for (std::size_t i = 2; i + 9 < bytes.size() && bytes[i] == '\xff';
+       i += 2 + bigEndian(bytes, i + 2, 2)) {
+    const auto marker = std::uint8_t(bytes[i + 1]);
+    const bool is_table = marker == 0xc4 || marker == 0xc8 || marker == 0xcc;
+    if (marker >= 0xc0 && marker <= 0xcf && !is_table) // start of frame
+      return bigEndian(bytes, i + 5, 2) * bigEndian(bytes, i + 7, 2);
+  }
+  return 0;
+}
+
 cv::Mat
 readImage(const std::string& path, int flags)
 {
-  const std::string bytes = readBytes(path);
+  const std::string bytes = readBytes(path, LARGEST_IMAGE);
   if (bytes.empty())
     throw pcl::IOException(path + ": the file is empty");
   if (isTruncated(bytes))
     throw pcl::IOException(path + ": the image is truncated");
+  // Before memory is taken for them: a damaged header claims any number.
+  if (const std::size_t pixels = claimedPixels(bytes); pixels > MOST_PIXELS)
+    throw pcl::IOException(path + ": its header claims " + std::to_string(pixels / 1000000) +
+                           " million pixels");
   cv::Mat image;
   try {
     const cv::Mat buffer(1, int(bytes.size()), CV_8UC1, const_cast<char*>(bytes.data()));

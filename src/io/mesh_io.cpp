@@ -107,7 +107,7 @@ writeMesh(const std::string& path, const pcl::PolygonMesh& mesh)
 pcl::PolygonMesh
 readMesh(const std::string& path)
 {
-  const std::string bytes = readBytes(path);
+  const std::string bytes = readBytes(path, std::uint64_t(16) << 30);
   try {
     return decodePLY(bytes);
   }

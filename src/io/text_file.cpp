@@ -2,6 +2,8 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "io/text_file.h"
 
+#include <bundle_icp/common/printable_text.h>
+
 #include <pcl/exceptions.h>
 
 #include <boost/filesystem.hpp>
@@ -28,24 +30,33 @@ parseNumber(const std::string& word, const std::string& where)
   double value = 0;
   const auto [rest, code] = std::from_chars(begin, end, value);
   if (code != std::errc() || rest != end)
-    throw pcl::IOException(where + "'" + word + "' is not a number");
+    throw pcl::IOException(where + quoted(word) + " is not a number");
   if (!std::isfinite(value))
-    throw pcl::IOException(where + "'" + word + "' is not a finite number");
+    throw pcl::IOException(where + quoted(word) + " is not a finite number");
   return value;
 }
 
 } // namespace
 
 std::string
-readBytes(const std::string& path)
+readBytes(const std::string& path, std::uint64_t largest)
 {
-  if (boost::filesystem::is_directory(path))
+  namespace fs = boost::filesystem;
+  boost::system::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  if (fs::is_directory(status))
     throw pcl::IOException(path + ": is a folder, not a file");
+  // A pipe without a writer would be waited for forever.
+  if (fs::exists(status) && !fs::is_regular_file(status))
+    throw pcl::IOException(path + ": is not a regular file");
   std::ifstream file(path, std::ios::binary);
   if (!file)
     throw pcl::IOException(path + ": cannot be opened: " + std::strerror(errno));
   file.seekg(0, std::ios::end);
-  std::string bytes(std::size_t(std::max<std::streamoff>(0, file.tellg())), '\0');
+  const auto size = std::uint64_t(std::max<std::streamoff>(0, file.tellg()));
+  if (size > largest)
+    throw pcl::IOException(path + ": is too large: " + std::to_string(size) + " bytes");
+  std::string bytes(std::size_t(size), '\0');
   file.seekg(0);
   file.read(bytes.data(), std::streamsize(bytes.size()));
   if (!file)
@@ -93,6 +104,13 @@ shortText(double value, int digits)
   text.imbue(std::locale::classic());
   text << std::setprecision(digits) << value;
   return text.str();
+}
+
+std::string
+quoted(const std::string& word)
+{
+  const std::size_t longest = 60;
+  return "'" + printable(word.substr(0, longest)) + (word.size() > longest ? "...'" : "'");
 }
 
 std::string

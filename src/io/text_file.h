@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #pragma once
 
+#include <cstdint>
 #include <exception>
 #include <string>
 #include <vector>
@@ -25,14 +26,19 @@ readTextLines(const std::string& path);
 std::vector<double>
 parseNumbers(const TextLine& line, const std::string& path);
 
-/** All bytes of a file.
+/** All bytes of a regular file.
+ *  \param largest size that is read [bytes]: a hole in a file takes no disk, but memory
  *  \throws pcl::IOException naming file and reason when it cannot be read. */
 std::string
-readBytes(const std::string& path);
+readBytes(const std::string& path, std::uint64_t largest = std::uint64_t(1) << 30);
 
 /** A number with so many digits that count, independent of the locale. */
 std::string
 shortText(double value, int digits);
+
+/** A word of a file in quotes, printable and cut to what a message can hold. */
+std::string
+quoted(const std::string& word);
 
 /** Text of an exception, without the mark that PCL's exceptions put before it. */
 std::string

@@ -98,7 +98,17 @@ IncrementalMapper::IncrementalMapper(const ImageGraph& graph, DepthViewProvider 
   std::string error;
   if (!options.isValid(&error))
     throw pcl::BadArgumentException("IncrementalMapper: " + error);
-  impl_ = std::make_unique<Impl>(graph, std::move(depth_views), options);
+  if (!depth_views)
+    throw pcl::BadArgumentException("IncrementalMapper: no provider of depth views");
+  const DepthViewProvider checked =
+      [depth_views = std::move(depth_views)](std::size_t frame, const SparseModel& model) {
+        auto view = depth_views(frame, model);
+        if (!view)
+          throw pcl::BadArgumentException("IncrementalMapper: no depth view of frame " +
+                                          std::to_string(frame));
+        return view;
+      };
+  impl_ = std::make_unique<Impl>(graph, checked, options);
 }
 
 IncrementalMapper::~IncrementalMapper() = default;

@@ -6,6 +6,7 @@
 #include "refinement/format_text.h"
 #include "refinement/spread.h"
 #include "scan/check_together.h"
+#include "scan/read_frame.h"
 
 #include <pcl/exceptions.h>
 
@@ -68,7 +69,7 @@ takeSample(const RGBDDataset& dataset, const CheckOptions& options)
   sample.looks.resize(sample.frames.size());
   parallelFor(sample.frames.size(), options.num_threads, {}, [&](std::size_t i) {
     try {
-      sample.looks[i] = lookAt(dataset.read(sample.frames[i]), dataset.camera());
+      sample.looks[i] = lookAt(readFrame(dataset, sample.frames[i]), dataset.camera());
     }
     catch (const pcl::IOException&) {
       // An image that cannot be read is reported by the reconstruction, with its name.

@@ -5,6 +5,7 @@
 #include "common/parallel.h"
 #include "refinement/focal_length.h"
 #include "refinement/format_text.h"
+#include "scan/read_frame.h"
 
 #include <pcl/exceptions.h>
 
@@ -67,7 +68,7 @@ featuresOf(const RGBDDataset& dataset, const std::vector<std::size_t>& frames,
   std::vector<Features> features(frames.size());
   parallelFor(frames.size(), options.num_threads, {}, [&](std::size_t k) {
     try {
-      const RGBDFrame frame = dataset.read(frames[k]);
+      const RGBDFrame frame = readFrame(dataset, frames[k]);
       features[k] = extractFeatures(frame, camera, options.features);
     }
     catch (const pcl::IOException&) { // the reconstruction names it

@@ -4,6 +4,7 @@
 
 #include "common/left_out.h"
 #include "scan/lone_depth.h"
+#include "scan/read_frame.h"
 
 #include <bundle_icp/io/rgbd_dataset.h>
 
@@ -67,11 +68,10 @@ public:
   RGBDFrame
   read(std::size_t index) const override
   {
-    RGBDFrame frame = dataset_.read(index);
-    if (frame.depth.type() == CV_32FC1)
-      leaveOut(loneDepth(frame.depth), frame.depth);
+    RGBDFrame frame = readFrame(dataset_, index);
+    leaveOut(loneDepth(frame.depth), frame.depth);
     const cv::Mat mask = mask_ ? mask_(frame) : cv::Mat();
-    if (!mask.empty() && mask.size() == frame.depth.size())
+    if (!mask.empty())
       leaveOut(mask, frame.depth);
     return frame;
   }

@@ -38,6 +38,9 @@ check(const RGBDDataset& dataset, const ReconstructionOptions& options)
   std::string error;
   if (!options.isValid(&error) || !dataset.camera().isValid(&error))
     throw pcl::BadArgumentException("reconstruct: " + error);
+  if (dataset.camera().hasDistortion())
+    throw pcl::BadArgumentException("reconstruct: the camera of the frames has distortion; "
+                                    "RGBDDataset::read() must give undistorted images");
   if (dataset.size() == 0)
     throw pcl::BadArgumentException("reconstruct: the dataset has no frames");
 }

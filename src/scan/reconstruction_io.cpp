@@ -3,6 +3,8 @@
 #include <bundle_icp/reconstruction.h>
 
 #include "common/parallel.h"
+#include "io/file_system.h"
+#include "io/staging_folder.h"
 #include "io/text_file.h"
 #include "mesh/preview.h"
 #include "scan/reconstruction_report.h"
@@ -13,6 +15,7 @@
 #include <bundle_icp/model/sparse_model_io.h>
 
 #include <boost/algorithm/string/replace.hpp>
+#include <boost/crc.hpp>
 #include <boost/filesystem.hpp>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -71,11 +74,22 @@ writeMeshAndPictures(const std::string& prefix, const ReconstructionOptions& opt
   });
 }
 
+/** All files that a result can have. The report comes last: it tells that all are there. */
+std::vector<std::string>
+resultFiles()
+{
+  std::vector<std::string> names{"trajectory.txt", "calibration.json", "sparse.ply",
+                                 "trajectory.png", "mesh.png"};
+  for (const std::string& format : meshFormats())
+    names.push_back("mesh." + format);
+  names.push_back("report.json");
+  return names;
+}
+
 void
 writeFiles(const std::string& prefix, const RGBDDataset& dataset,
            const ReconstructionOptions& options, const ReconstructionResult& result)
 {
-  writeText(prefix + "report.json", makeReport(dataset, options, result).dump(2) + "\n");
   if (result.component_sizes.empty())
     return;
   writeCalibration(prefix + "calibration.json", result.model.calibration(), dataset.camera());
@@ -85,56 +99,34 @@ writeFiles(const std::string& prefix, const RGBDDataset& dataset,
   writeMeshAndPictures(prefix, options, result);
 }
 
-/** A hidden folder in the results' folder, removed at the end with what is left in it. */
-class StagingFolder {
-public:
-  explicit StagingFolder(const fs::path& folder)
-  : folder_(folder), path_(folder / fs::unique_path(".bundle_icp_%%%%%%%%"))
-  {
-    boost::system::error_code error;
-    fs::create_directories(path_, error);
-    if (error)
-      throw pcl::IOException(folder.string() + ": cannot be written: " + error.message());
+/** Size and checksum of each file, by which a reader can tell that they belong together. */
+nlohmann::ordered_json
+listFiles(const std::string& prefix)
+{
+  nlohmann::ordered_json files = nlohmann::ordered_json::array();
+  for (const std::string& name : resultFiles()) {
+    if (!fs::exists(prefix + name))
+      continue;
+    const std::string bytes = readBytes(prefix + name, ~std::uint64_t(0));
+    boost::crc_32_type crc;
+    crc.process_bytes(bytes.data(), bytes.size());
+    files.push_back({{"name", name}, {"bytes", bytes.size()}, {"crc32", crc.checksum()}});
   }
-
-  ~StagingFolder()
-  {
-    boost::system::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-
-  StagingFolder(const StagingFolder&) = delete;
-  StagingFolder&
-  operator=(const StagingFolder&) = delete;
-
-  std::string
-  prefix() const
-  {
-    return path_.string() + "/";
-  }
-
-  /** Gives every file its place. A file of an earlier result that this one does not have is
-   *  removed: it would pass for a part of this one. */
-  void
-  publish() const
-  {
-    std::vector<std::string> names{"mesh.png", "trajectory.png", "trajectory.txt",
-                                   "calibration.json", "sparse.ply"};
-    for (const std::string& format : meshFormats())
-      names.push_back("mesh." + format);
-    for (const std::string& name : names)
-      if (boost::system::error_code ignored; !fs::exists(path_ / name))
-        fs::remove(folder_ / name, ignored);
-    for (const fs::directory_entry& entry : fs::directory_iterator(path_))
-      writeAtomically((folder_ / entry.path().filename()).string(),
-                      [&](const std::string& temporary) { fs::rename(entry.path(), temporary); });
-  }
-
-private:
-  fs::path folder_, path_;
-};
+  return files;
+}
 
 } // namespace
+
+void
+prepareResultFolder(const std::string& folder)
+{
+  makeFolder(folder);
+  finishPublishing(folder);
+  checkTargets(folder, resultFiles());
+  const fs::path probe = createBeside(fs::absolute(fs::path(folder) / "probe"), folder);
+  boost::system::error_code ignored;
+  fs::remove(probe, ignored);
+}
 
 void
 writeReconstruction(const std::string& folder, const RGBDDataset& dataset,
@@ -145,12 +137,15 @@ writeReconstruction(const std::string& folder, const RGBDDataset& dataset,
   const StagingFolder staging(folder);
   try {
     writeFiles(staging.prefix(), dataset, options, result);
+    nlohmann::ordered_json report = makeReport(dataset, options, result);
+    report["files"] = listFiles(staging.prefix());
+    writeText(staging.prefix() + "report.json", report.dump(2) + "\n");
   }
   catch (const pcl::IOException& error) {
     throw pcl::IOException(
         boost::replace_all_copy(messageOf(error), staging.prefix(), folder + "/"));
   }
-  staging.publish();
+  staging.publish(resultFiles());
 }
 
 } // namespace bundle_icp

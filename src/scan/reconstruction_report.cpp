@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "scan/reconstruction_report.h"
 
+#include <bundle_icp/common/printable_text.h>
 #include <bundle_icp/version.h>
 
 #include <nlohmann/json.hpp>
@@ -209,6 +210,17 @@ calibrationReport(const RGBDDataset& dataset, const ReconstructionResult& result
   return json;
 }
 
+/** JSON holds UTF-8 alone, names of files any bytes. */
+void
+makePrintable(Json& json)
+{
+  if (json.is_string())
+    json = printable(json.get<std::string>());
+  else if (json.is_structured())
+    for (Json& part : json)
+      makePrintable(part);
+}
+
 } // namespace
 
 nlohmann::ordered_json
@@ -239,6 +251,7 @@ makeReport(const RGBDDataset& dataset, const ReconstructionOptions& options,
     report["mesh"] = meshReport(result);
   report["calibration"] = calibrationReport(dataset, result);
   report["options"] = toJson(options, dataset.camera().depth_noise);
+  makePrintable(report);
   return report;
 }
 

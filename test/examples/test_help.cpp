@@ -4,6 +4,8 @@
 #include "messages.h"
 #include "program.h"
 
+#include <bundle_icp/version.h>
+
 #include <gtest/gtest.h>
 
 #include <map>
@@ -90,5 +92,6 @@ TEST(Help, PrintsEveryOption)
     for (const std::string& option : options)
       EXPECT_CONTAINS(result.out, option);
     EXPECT_EQ(runProgram(program, {"--help"}).out, result.out);
+    EXPECT_EQ(runProgram(program, {"--version"}).out, program + " " BUNDLE_ICP_VERSION "\n");
   }
 }

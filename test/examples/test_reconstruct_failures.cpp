@@ -8,7 +8,10 @@
 
 #include <algorithm>
 #include <csignal>
+#include <cstdio>
 #include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 namespace fs = boost::filesystem;
 
@@ -196,7 +199,7 @@ TEST_F(ReconstructFailure, FullDisk)
   fs::remove_all(scan);
   simulate();
   ProgramResult result;
-  const std::vector<std::pair<rlim_t, std::string>> first_too_large = {{500, "report.json"},
+  const std::vector<std::pair<rlim_t, std::string>> first_too_large = {{500, "calibration.json"},
                                                                        {20000, "trajectory.png"}};
   for (const auto& [bytes, file] : first_too_large) {
     {
@@ -213,6 +216,60 @@ TEST_F(ReconstructFailure, FullDisk)
   EXPECT_EQ(namesIn(out), (std::set<std::string>{"calibration.json", "report.json", "sparse.ply",
                                                  "trajectory.png", "trajectory.txt"}));
   EXPECT_NE(readText(out + "/sparse.ply"), "of an earlier run");
+}
+
+TEST_F(ReconstructFailure, TargetsThatAreNoFiles)
+{
+  fs::remove(out + "/mesh.ply");
+  fs::create_directory(out + "/mesh.ply");
+  const ProgramResult result = reconstruct();
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_EQ(result.err,
+            "bundle_icp_reconstruct: " + out + "/mesh.ply: cannot be written: it is a folder\n");
+  fs::remove(out + "/mesh.ply");
+  writeText(out + "/mesh.ply", "of an earlier run");
+  expectEarlierResults();
+}
+
+TEST_F(ReconstructFailure, StandardOutputThatIsClosedOrFull)
+{
+  fs::remove_all(scan);
+  simulate();
+  const std::string program = std::string(BUNDLE_ICP_PROGRAM_FOLDER) + "/bundle_icp_reconstruct '" +
+                              scan + "' -o '" + out + "' -q --no-mesh --max-frames 4 2>'" + out +
+                              ".err' ";
+  for (const char* const where : {">&-", ">/dev/full"}) {
+    EXPECT_EQ(WEXITSTATUS(std::system((program + where).c_str())), 1) << where;
+    EXPECT_CONTAINS(readText(out + ".err"), "standard output cannot be written");
+    EXPECT_EQ(readText(out + "/trajectory.txt").find("verdict"), std::string::npos);
+  }
+}
+
+TEST_F(ReconstructFailure, ASignalStopsARunThatLeavesNothing)
+{
+  fs::remove_all(scan);
+  simulate();
+  const std::string program = std::string(BUNDLE_ICP_PROGRAM_FOLDER) + "/bundle_icp_reconstruct";
+  for (const int signal : {SIGINT, SIGTERM}) {
+    const pid_t child = fork();
+    if (child == 0) {
+      std::freopen((out + ".err").c_str(), "w", stderr);
+      std::signal(signal, SIG_DFL);
+      execl(program.c_str(), program.c_str(), scan.c_str(), "-o", out.c_str(), "--voxel-size",
+            "0.002", nullptr);
+    }
+    while (readText(out + ".err").find("features") == std::string::npos &&
+           waitpid(child, nullptr, WNOHANG) == 0)
+      usleep(2000);
+    kill(child, signal);
+    int status = 0;
+    waitpid(child, &status, 0);
+    EXPECT_TRUE(WIFEXITED(status));
+    EXPECT_EQ(WEXITSTATUS(status), 1);
+    EXPECT_CONTAINS(readText(out + ".err"), "stopped by a signal");
+    EXPECT_CONTAINS(readText(out + ".err"), "/out is as it was");
+    expectEarlierResults();
+  }
 }
 
 TEST_F(ReconstructFailure, UnrelatedFramesFailWithAReasonEach)

@@ -8,6 +8,7 @@
 #include "recordings.h"
 #include "results.h"
 
+#include <boost/crc.hpp>
 #include <pcl/conversions.h>
 #include <pcl/io/ply_io.h>
 
@@ -48,6 +49,35 @@ protected:
 };
 
 } // namespace
+
+TEST_F(ReconstructScan, TheFolderOfTheResultMayBeTheOneWhereOneIs)
+{
+  const std::string program = std::string(BUNDLE_ICP_PROGRAM_FOLDER) + "/bundle_icp_reconstruct";
+  for (const std::string name : {".", "./", "..", "deeper/.."}) {
+    boost::filesystem::remove_all(out);
+    boost::filesystem::create_directories(out + "/inner/deeper");
+    const std::string command = "cd '" + out + "/inner' && " + program + " '" + scan + "' -o " +
+                                name + " --no-mesh --max-frames 4 -q >'" + out + ".txt' 2>&1";
+    EXPECT_EQ(std::system(command.c_str()), 0) << name << readText(out + ".txt");
+    EXPECT_NE(readText(out + (name == ".." ? "" : "/inner") + "/trajectory.txt"), "") << name;
+  }
+}
+
+TEST_F(ReconstructScan, TheReportListsAllFiles)
+{
+  ASSERT_EQ(reconstruct().exit_code, 0);
+  std::set<std::string> listed{"report.json"};
+  const nlohmann::json json = report();
+  for (const auto& file : json["files"]) {
+    const std::string name = file["name"], bytes = readText(out + "/" + name);
+    boost::crc_32_type crc;
+    crc.process_bytes(bytes.data(), bytes.size());
+    EXPECT_EQ(file["bytes"], bytes.size()) << name;
+    EXPECT_EQ(file["crc32"], crc.checksum()) << name;
+    listed.insert(name);
+  }
+  EXPECT_EQ(namesIn(out), listed);
+}
 
 TEST_F(ReconstructScan, GivesPosesPointsMeshAndReport)
 {

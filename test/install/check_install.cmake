@@ -33,7 +33,7 @@ endfunction()
 function(build_project source build)
   run(${CMAKE_COMMAND} -S ${source} -B ${build} -G ${generator}
     -D CMAKE_BUILD_TYPE=Release -D CMAKE_CXX_COMPILER=${compiler}
-    -D CMAKE_PREFIX_PATH=${prefix} -D CMAKE_FIND_PACKAGE_NO_PACKAGE_REGISTRY=ON)
+    -D CMAKE_PREFIX_PATH=${prefix} -D CMAKE_FIND_PACKAGE_NO_PACKAGE_REGISTRY=ON ${ARGN})
   run(${CMAKE_COMMAND} --build ${build})
 endfunction()
 
@@ -66,6 +66,34 @@ build_project(${work_folder}/consumer ${work_folder}/consumer_build)
 run(${work_folder}/consumer_build/consumer)
 check_no_vtk(${work_folder}/consumer_build/consumer)
 
+# Options that change the layout of Eigen's matrices, the language and the standard library.
+if(EXISTS /proc/cpuinfo)
+  file(STRINGS /proc/cpuinfo cpu_features REGEX "^flags" LIMIT_COUNT 1)
+endif()
+set(other_options "-std=c++20 -D_GLIBCXX_ASSERTIONS")
+if(processor STREQUAL x86_64 AND cpu_features MATCHES " avx2 ")
+  string(APPEND other_options " -mavx2")
+endif()
+build_project(${work_folder}/consumer ${work_folder}/other_consumer_build
+  "-DCMAKE_CXX_FLAGS=${other_options}")
+run(${work_folder}/other_consumer_build/consumer)
+
+# By pkg-config, and without what the library needs of a compiler: a refusal, not a wrong result.
+find_program(pkg_config pkg-config)
+if(pkg_config AND EXISTS ${prefix}/${library_folder}/pkgconfig/bundle_icp.pc)
+  set(ENV{PKG_CONFIG_PATH} ${prefix}/${library_folder}/pkgconfig)
+  run(${pkg_config} --cflags bundle_icp)
+  separate_arguments(flags UNIX_COMMAND "${output}")
+  file(WRITE ${work_folder}/header.cpp "#include <bundle_icp/common/pose.h>\n")
+  run(${compiler} -std=c++17 -fsyntax-only ${flags} ${work_folder}/header.cpp)
+  list(REMOVE_ITEM flags "-DEIGEN_MAX_ALIGN_BYTES=${eigen_alignment}")
+  execute_process(COMMAND ${compiler} -std=c++17 -fsyntax-only ${flags} -DEIGEN_MAX_ALIGN_BYTES=64
+    ${work_folder}/header.cpp RESULT_VARIABLE result ERROR_VARIABLE errors OUTPUT_QUIET)
+  if(result EQUAL 0 OR NOT errors MATCHES "compile with -DEIGEN_MAX_ALIGN_BYTES=${eigen_alignment}")
+    message(FATAL_ERROR "another alignment of Eigen is not refused:\n${errors}")
+  endif()
+endif()
+
 file(GLOB_RECURSE headers RELATIVE ${prefix}/include ${prefix}/include/*.h)
 set(includes "")
 foreach(header IN LISTS headers)
@@ -75,3 +103,26 @@ file(WRITE ${work_folder}/headers/headers.h "${includes}")
 file(COPY ${source_folder}/test/install/headers/ DESTINATION ${work_folder}/headers)
 build_project(${work_folder}/headers ${work_folder}/headers_build)
 run(${work_folder}/headers_build/headers)
+
+# As a part of another project it changes none of that project's settings.
+file(WRITE ${work_folder}/parent/CMakeLists.txt "
+cmake_minimum_required(VERSION 3.16)
+project(parent LANGUAGES C CXX)
+add_subdirectory(${source_folder} bundle_icp)
+if(DEFINED CACHE{BUILD_SHARED_LIBS} OR CMAKE_BUILD_TYPE)
+  message(FATAL_ERROR \"settings of the parent have changed\")
+endif()
+if(NOT TARGET bundle_icp::bundle_icp OR TARGET bundle_icp_reconstruct)
+  message(FATAL_ERROR \"expected the library alone\")
+endif()
+")
+run(${CMAKE_COMMAND} -S ${work_folder}/parent -B ${work_folder}/parent_build -G ${generator}
+  -D CMAKE_CXX_COMPILER=${compiler})
+
+# Uninstalling removes what was installed: here from the place before it was moved.
+file(RENAME ${prefix} ${work_folder}/installed)
+run(${CMAKE_COMMAND} -D manifest=${build_folder}/install_manifest.txt -P ${source_folder}/cmake/uninstall.cmake)
+file(GLOB_RECURSE left ${work_folder}/installed/*)
+if(left)
+  message(FATAL_ERROR "uninstalling left ${left}")
+endif()

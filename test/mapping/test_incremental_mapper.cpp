@@ -221,6 +221,18 @@ TEST(IncrementalMapper, NothingInCommonRegistersNothing)
     EXPECT_CONTAINS(registration.reason, "no other image shares");
 }
 
+TEST(IncrementalMapper, RefusesFramesWithoutADepthView)
+{
+  const auto none = [](std::size_t, const SparseModel&) { return std::shared_ptr<DepthView>(); };
+  IncrementalMapper mapper(roomGraph(), none);
+  SparseModel model;
+  EXPECT_CONTAINS(messageOf<pcl::BadArgumentException>([&] { mapper.run(model); }),
+                  "no depth view of frame");
+  EXPECT_CONTAINS(
+      messageOf<pcl::BadArgumentException>([] { IncrementalMapper(roomGraph(), nullptr); }),
+      "no provider of depth views");
+}
+
 TEST(IncrementalMapper, RefusesInvalidOptions)
 {
   const auto message = [](const MapperOptions& options) {

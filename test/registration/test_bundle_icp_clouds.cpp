@@ -71,6 +71,23 @@ TEST(BundleICP, HasConvergedOnlyWhereTheCloudsMeet)
   EXPECT_EQ(reg.getResult().status, BundleICPStatus::NO_OVERLAP);
 }
 
+TEST(BundleICP, HasNotConvergedOnAHandfulOfPoints)
+{
+  const auto cloud = cornerCloud<pcl::PointXYZ>();
+  for (const std::size_t count : {1, 2, 3}) {
+    pcl::PointCloud<pcl::PointXYZ>::Ptr few(new pcl::PointCloud<pcl::PointXYZ>);
+    few->assign(cloud->begin(), cloud->begin() + std::ptrdiff_t(count));
+    for (const bool is_target : {true, false}) {
+      BundleICP<pcl::PointXYZ, pcl::PointXYZ> reg;
+      reg.setInputSource(is_target ? cloud : few);
+      reg.setInputTarget(is_target ? few : cloud);
+      pcl::PointCloud<pcl::PointXYZ> out;
+      reg.align(out);
+      EXPECT_FALSE(reg.hasConverged()) << count << " points, " << toString(reg.getResult().status);
+    }
+  }
+}
+
 TEST(BundleICP, OnRealFramesIsRightOrHasNotConverged)
 {
 #ifdef __SANITIZE_ADDRESS__

@@ -10,10 +10,13 @@
 #include "variants.h"
 
 #include <bundle_icp/io/atomic_file.h>
+#include <bundle_icp/reconstruction.h>
 
 #include <boost/algorithm/string.hpp>
+#include <boost/filesystem.hpp>
 
 #include <algorithm>
+#include <fstream>
 #include <functional>
 #include <iostream>
 
@@ -119,6 +122,7 @@ describeRun(Arguments& arguments)
       "0 = all");
   add("quiet,q", po::bool_switch(&arguments.is_quiet), "no progress");
   add("help,h", "print this text");
+  add("version", "print the version");
   return run;
 }
 
@@ -230,7 +234,7 @@ runBenchmark(int argc, char** argv)
   for (const std::string& scan : arguments->scans) // before hours of work
     openScan(scan, {}, *arguments);
   if (!arguments->output.empty())
-    checkWritable(arguments->output);
+    prepareResultFolder(arguments->output);
   std::vector<ScanResult> scans;
   for (const std::string& folder : arguments->scans) {
     // The truth keeps all poses, also when few frames are kept.
@@ -245,7 +249,7 @@ runBenchmark(int argc, char** argv)
   }
   if (!arguments->output.empty())
     std::cout << "Results are in " << arguments->output << "\n";
-  return std::cout.flush() ? 0 : 1;
+  return 0;
 }
 
 } // namespace
@@ -253,5 +257,5 @@ runBenchmark(int argc, char** argv)
 int
 main(int argc, char** argv)
 {
-  return runProgram("bundle_icp_benchmark", [&] { return runBenchmark(argc, argv); });
+  return runProgram("bundle_icp_benchmark", runBenchmark, argc, argv);
 }

@@ -71,7 +71,8 @@ public:
   using Ptr = std::shared_ptr<IncrementalMapper>;
   using ConstPtr = std::shared_ptr<const IncrementalMapper>;
 
-  /** \throws pcl::BadArgumentException for invalid options. */
+  /** \throws pcl::BadArgumentException for invalid options and without a provider; run() throws it
+   *  for a frame without a view. */
   IncrementalMapper(const ImageGraph& graph, DepthViewProvider depth_views,
                     const MapperOptions& options = {});
   ~IncrementalMapper();
