@@ -4,6 +4,7 @@
 
 #include <bundle_icp/common/camera_intrinsics.h>
 #include <bundle_icp/common/finding.h>
+#include <bundle_icp/common/pose.h>
 #include <bundle_icp/common/rgbd_frame.h>
 #include <bundle_icp/io/trajectory.h>
 
@@ -14,6 +15,15 @@
 #include <vector>
 
 namespace bundle_icp {
+
+/** Camera of depth images that have another size than the colour images, or are seen from another
+ *  place. */
+struct BUNDLE_ICP_EXPORT DepthCamera {
+  /** Of the depth images as recorded; size 0 = that of the images. */
+  CameraIntrinsics intrinsics;
+  /** Pose of the depth camera in the frame of the colour camera: x_color = T x_depth [m]. */
+  Pose color_from_depth = Pose::Identity();
+};
 
 /** How openDataset() reads a recording. */
 struct BUNDLE_ICP_EXPORT DatasetOptions {
@@ -28,6 +38,9 @@ struct BUNDLE_ICP_EXPORT DatasetOptions {
   std::optional<double> field_of_view;
   /** What is known of the recording beforehand; becomes a part of RGBDDataset::findings(). */
   std::vector<Finding> findings;
+  /** Camera of depth that is not registered to colour; unset = the format's. Depth is then warped
+   *  into the colour camera. */
+  std::optional<DepthCamera> depth_camera;
   /** Noise of the depth images; unset = that of the intrinsics, which is the Kinect's by
    *  default. */
   std::optional<DepthNoise> depth_noise;
