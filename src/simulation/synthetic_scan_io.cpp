@@ -70,8 +70,8 @@ writeFrame(const SyntheticScan& scan, const fs::path& folder, bool with_mask, st
   const RGBDFrame frame = scan.read(index);
   const std::string file = stampOf(scan, index) + ".png";
   cv::Mat units;
-  cv::Mat measured = frame.depth.clone();
-  measured.setTo(0, frame.depth != frame.depth); // NaN is written as 0
+  cv::Mat measured = scan.depthCamera() ? scan.readDepth(index) : frame.depth.clone();
+  measured.setTo(0, measured != measured); // NaN is written as 0
   measured.convertTo(units, CV_16UC1, DEPTH_SCALE);
   writeImage((folder / "rgb" / file).string(), frame.color);
   writeImage((folder / "depth" / file).string(), units);
@@ -117,6 +117,34 @@ writeSurface(const SyntheticScan& scan, const fs::path& path, double spacing, in
   writeMesh(path.string(), surface);
 }
 
+std::string
+joined(const std::vector<double>& numbers)
+{
+  std::string text;
+  for (const double number : numbers)
+    text += (text.empty() ? "" : " ") + toText(number, std::chars_format::general, 9);
+  return text;
+}
+
+std::string
+toText(const CameraIntrinsics& camera)
+{
+  return joined({camera.fx, camera.fy, camera.cx, camera.cy});
+}
+
+void
+writeIntrinsics(const SyntheticScan& scan, const fs::path& path)
+{
+  std::string text = toText(scan.camera());
+  text += "\ndepth_scale " + toText(DEPTH_SCALE, std::chars_format::general, 6) + "\n";
+  if (const std::optional<DepthCamera> depth = scan.depthCamera()) {
+    const Eigen::Vector3d place = depth->color_from_depth.translation();
+    text += "depth_intrinsics " + toText(depth->intrinsics) + "\n";
+    text += "depth_to_color " + joined({place.x(), place.y(), place.z()}) + "\n";
+  }
+  writeText(path.string(), text);
+}
+
 void
 writeLists(const SyntheticScan& scan, const fs::path& folder)
 {
@@ -126,12 +154,7 @@ writeLists(const SyntheticScan& scan, const fs::path& folder)
       text += stampOf(scan, i) + " " + kind + "/" + stampOf(scan, i) + ".png\n";
     writeText((folder / (kind + ".txt")).string(), text);
   }
-  const CameraIntrinsics& camera = scan.camera();
-  std::string text;
-  for (const double number : {camera.fx, camera.fy, camera.cx, camera.cy})
-    text += (text.empty() ? "" : " ") + toText(number, std::chars_format::general, 9);
-  text += "\ndepth_scale " + toText(DEPTH_SCALE, std::chars_format::general, 6) + "\n";
-  writeText((folder / "intrinsics.txt").string(), text);
+  writeIntrinsics(scan, folder / "intrinsics.txt");
   writeTrajectory((folder / "groundtruth.txt").string(), scan.groundTruth());
 }
 

@@ -4,6 +4,7 @@
 
 #include <bundle_icp/common/camera_intrinsics.h>
 #include <bundle_icp/common/finding.h>
+#include <bundle_icp/common/pose.h>
 #include <bundle_icp/common/rgbd_frame.h>
 #include <bundle_icp/io/trajectory.h>
 
@@ -14,6 +15,16 @@
 #include <vector>
 
 namespace bundle_icp {
+
+/** Camera of depth images that have another size than the colour images, or are seen from another
+ *  place. */
+struct BUNDLE_ICP_EXPORT DepthCamera {
+  /** Of the depth images as recorded, distortion included; size 0 = that of the images, fx 0 =
+   *  unknown: depth images then show what the colour camera shows, in another size. */
+  CameraIntrinsics intrinsics;
+  /** Pose of the depth camera in the frame of the colour camera: x_color = T x_depth [m]. */
+  Pose color_from_depth = Pose::Identity();
+};
 
 /** How openDataset() reads a recording. */
 struct BUNDLE_ICP_EXPORT DatasetOptions {
@@ -28,6 +39,10 @@ struct BUNDLE_ICP_EXPORT DatasetOptions {
   std::optional<double> field_of_view;
   /** What is known of the recording beforehand; becomes a part of RGBDDataset::findings(). */
   std::vector<Finding> findings;
+  /** Camera of depth that is not registered to colour; unset = the format's. What it leaves at its
+   *  default is that of the format as well. Depth is then moved into the colour camera, at the size
+   *  of the colour images. */
+  std::optional<DepthCamera> depth_camera;
   /** Noise of the depth images; unset = that of the intrinsics, which is the Kinect's by
    *  default. */
   std::optional<DepthNoise> depth_noise;
@@ -46,7 +61,8 @@ struct BUNDLE_ICP_EXPORT DatasetOptions {
   /** Largest time between the colour and the depth image of a frame [s] (TUM layout). */
   double max_time_difference = 0.02;
   /** True: the distortion is removed from depth as from colour. Right where the sensor's driver
-   *  registered depth to the distorted colour image. */
+   *  registered depth to the distorted colour image. Of a depth camera with intrinsics of its own
+   *  the distortion is always removed. */
   bool undistort_depth = true;
   /** True: pixels that are 0 in the images of a folder `mask/` or `masks/` have no depth. */
   bool use_masks = true;
@@ -141,16 +157,22 @@ public:
 /** Opens a recording. The content of the folder tells its format:
  *  - TUM RGB-D: `rgb.txt`, `depth.txt`, optionally `groundtruth.txt`. Colour and depth are
  *    associated by time, greedily, closest first, as the benchmark's script does. A frame's id is
- *    the number of its line in `rgb.txt`. Intrinsics come from `intrinsics.txt` (a line `fx fy cx
- *    cy [k1 k2 p1 p2 k3]`, optionally a line `depth_scale UNITS_PER_METRE`); without the file, a
- *    folder name with freiburg1, freiburg2 or freiburg3 selects the benchmark's camera.
+ *    the number of its line in `rgb.txt`. Without a calibration file, a folder name with
+ *    freiburg1, freiburg2 or freiburg3 selects the benchmark's camera.
  *  - 7-Scenes and 3DMatch: `frame-000000.color.{png,jpg}`, `.depth.png`, `.pose.txt`. Intrinsics
  *    come from `camera-intrinsics.txt` in the folder or its parent, else 7-Scenes' own camera (585
  *    px) serves; colour is then warped into the depth camera, to which the poses belong. Poses that
  *    are not rigid are left out and listed in skipped().
  *  - Open3D and Redwood: `color/` (`image/`, `rgb/`), `depth/`, paired by the numbers in their
- *    names, or by order where the numbers are ambiguous; `intrinsic.json`
- *    (`camera_intrinsic.json`), column-major, as Open3D writes it.
+ *    names, or by order where the numbers are ambiguous.
+ *
+ *  Intrinsics, and where the file says them the units of depth and the camera of depth, come from a
+ *  calibration file in the folder, whose forms docs/recordings.md lists.
+ *
+ *  Depth images of another size than the colour images, but of the same aspect ratio, count as the
+ *  same view where no DepthCamera is known. Depth is moved into the colour images, whose size the
+ *  frames have: pixels between neighbouring depth pixels on one surface get the depth of that
+ *  surface, pixels that the depth camera did not see and those at depth edges get none.
  *
  *  Beside the images of any format may lie a folder `mask/` or `masks/` with one image a frame, of
  *  the size of the colour image: what is 0 in it is left out of features, poses and surface. A mask
@@ -162,8 +184,8 @@ public:
  *  is not measured. Without time stamps, frame n is taken at n / 30 s. Frames are read until one is
  *  good: a file that cannot be decoded does no harm here, but read() throws for its frame.
  *  \throws pcl::IOException naming folder or file and reason: folder missing or empty, format
- *  unknown, no overlap in time, sizes that differ, 8-bit depth, a colour image in place of depth,
- *  no readable frame, intrinsics unknown, a mask of another size.
+ *  unknown, no overlap in time, depth of another aspect ratio whose camera is unknown, 8-bit depth,
+ *  a colour image in place of depth, no readable frame, intrinsics unknown, a mask of another size.
  *  \throws pcl::BadArgumentException for invalid options or impossible intrinsics. */
 BUNDLE_ICP_EXPORT RGBDDataset::Ptr
 openDataset(const std::string& path, const DatasetOptions& options = {});

@@ -24,6 +24,7 @@ struct Recording {
   std::vector<RecordedFrame> frames;
   std::optional<CameraIntrinsics> intrinsics; ///< size 0 = that of the images
   std::string intrinsics_source;              ///< where they come from, for messages
+  std::optional<DepthCamera> depth_camera;    ///< unset = depth lies in the colour camera's pixels
   double depth_scale = 1000;                  ///< units per metre
   std::string depth_scale_source;             ///< where that comes from, for messages
   bool is_ordered = true;                     ///< the stamps tell the order of the frames
@@ -34,6 +35,8 @@ struct Recording {
       mask_rule; ///< where masks come from, for messages; empty = there is no folder of them
   std::vector<SkippedFile> skipped;
   std::vector<Finding> findings;
+  /** What is wrong with the calibration file, which is then not used; empty = nothing. */
+  std::string calibration_fault;
 };
 
 /** Whether a folder is laid out in a format. */
