@@ -3,6 +3,7 @@
 #include "common/left_out.h"
 #include "io/image_file.h"
 #include "io/recordings/calibration_files.h"
+#include "io/recordings/float_depth.h"
 #include "io/recordings/masks.h"
 #include "io/recordings/repeated_frames.h"
 #include "io/recordings/seven_scenes_warp.h"
@@ -26,14 +27,12 @@ toString(const cv::Size& size)
   return std::to_string(size.width) + "x" + std::to_string(size.height);
 }
 
-struct ImagePair {
-  cv::Mat color, depth;
-};
-
 ImagePair
-readImages(const RecordedFrame& frame)
+readImages(const Recording& recording, const RecordedFrame& frame)
 {
-  ImagePair images{readColorImage(frame.color_file), readDepthImage(frame.depth_file)};
+  const ImagePair images = recording.reader ? recording.reader->read(frame)
+                                            : ImagePair{readColorImage(frame.color_file),
+                                                        readDepthImage(frame.depth_file)};
   if (images.color.size() != images.depth.size())
     throw UnsuitableImage(frame.depth_file + ": depth of " + toString(images.depth.size()) +
                           " where the colour image " + frame.color_file + " has " +
@@ -191,7 +190,7 @@ RGBDFrame
 ImageFileDataset::read(std::size_t index) const
 {
   const RecordedFrame& recorded = recording_.frames.at(index);
-  auto [color, depth] = readImages(recorded);
+  auto [color, depth] = readImages(recording_, recorded);
   checkSize(recorded, color.size(), camera_, recording_.intrinsics_source);
   cv::Mat left_out = readLeftOut(recorded, color.size());
   if (warps_color_) {
@@ -260,7 +259,7 @@ probeCamera(const Recording& recording, const std::string& folder, double field_
   std::optional<pcl::IOException> first_error;
   for (const RecordedFrame& frame : recording.frames) {
     try {
-      const cv::Size size = readImages(frame).color.size();
+      const cv::Size size = readImages(recording, frame).color.size();
       const CameraIntrinsics camera = recordedCamera(recording, folder, size, field_of_view);
       checkSize(frame, size, camera, recording.intrinsics_source);
       return camera;
@@ -334,6 +333,7 @@ makeImageFileDataset(Recording recording, const std::string& folder, const Datas
                                   shortText(*options.field_of_view * 180 / M_PI, 3) +
                                   " degrees that is assumed";
   }
+  useMetresOfFloats(recording);
   if (options.depth_scale)
     recording.depth_scale_source = "the options";
   recording.depth_scale =
