@@ -31,8 +31,8 @@ describeRecording(DatasetOptions& dataset)
       "focal length is estimated from the images, starting from a horizontal field of view of 60 "
       "degrees, with square pixels and the axis in the middle");
   add("depth-scale", po::value<double>()->value_name("UNITS"),
-      "units of the depth images per metre; default: that of the format (TUM 5000, 7-Scenes and "
-      "Open3D 1000)");
+      "units of the depth images per metre; default: that of the format (TUM 5000, most "
+      "others 1000)");
   add("max-time-difference",
       po::value(&dataset.max_time_difference)->value_name("S")->default_value(0.02, "0.02"),
       "largest time between the colour and the depth image of a frame [s], where images are paired "

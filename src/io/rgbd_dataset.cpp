@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 namespace bundle_icp {
 
@@ -63,6 +64,23 @@ recordingsWithin(const std::string& folder)
   return found.empty() ? "" : ", but its folder " + found.front() + " may be a recording";
 }
 
+/** What to do with recordings that only their own software reads; for messages. */
+std::string
+recordingsOfOtherKinds(const std::string& folder)
+{
+  static const std::map<std::string, std::string> kinds = {
+      {".bag", "a ROS or RealSense bag"}, {".db3", "a ROS 2 bag"},
+      {".mcap", "a ROS 2 bag"},           {".mkv", "an Azure Kinect recording"},
+      {".oni", "an OpenNI recording"},    {".klg", "a Kintinuous log"},
+      {".r3d", "a Record3D recording"},   {".svo", "a ZED recording"},
+  };
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder))
+    if (const auto kind = kinds.find(entry.path().extension().string()); kind != kinds.end())
+      return "; " + entry.path().string() + " is " + kind->second +
+             ", whose images must be exported before";
+  return {};
+}
+
 Recording
 readRecording(const std::string& path, const DatasetOptions& options)
 {
@@ -71,8 +89,8 @@ readRecording(const std::string& path, const DatasetOptions& options)
   if (!fs::is_directory(path))
     throw pcl::IOException(path + ": is not a folder, and no recording in one file. " +
                            howToLayOut(folderOf(path)));
-  throw pcl::IOException(path + ": unknown format" + recordingsWithin(path) + ". " +
-                         howToLayOut(path));
+  throw pcl::IOException(path + ": unknown format" + recordingsWithin(path) +
+                         recordingsOfOtherKinds(path) + ". " + howToLayOut(path));
 }
 
 void

@@ -22,8 +22,8 @@ struct WrittenFrame {
 struct ScanLayout {
   const char* name;
   double units_per_metre;
-  /** Names of the images of a frame, in the folder, with `{stamp}`, `{microseconds}`, `{number}`, or the
-   *  number as `{0000}` or `{000000}`; empty = the images are no files. */
+  /** Names of the images of a frame, in the folder, with `{stamp}`, `{microseconds}`, `{number}`,
+   *  or the number as `{0000}` or `{000000}`; empty = the images are no files. */
   const char *color_file, *depth_file;
   std::vector<const char*> other_folders; ///< besides those of the images
   /** Writes what else belongs to a frame; may be unset. Several threads call at once. */

@@ -1,113 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
-// What happens to recordings with faults in formats that bundle_icp_simulate writes.
-#include <bundle_icp/io/rgbd_dataset.h>
-#include <bundle_icp/simulation/synthetic_scan.h>
-
-#include "messages.h"
-#include "recordings.h"
-
-#include <gtest/gtest.h>
-#include <pcl/exceptions.h>
-#include <pcl/io/pcd_io.h>
+// What happens to recordings with faults whose frames are image files.
+#include "bad_format.h"
 
 using namespace bundle_icp;
+using namespace bad_format;
 namespace fs = boost::filesystem;
-
-namespace {
-
-std::string
-openError(const std::string& path, const DatasetOptions& options = {})
-{
-  return messageOf<pcl::IOException>([&] { openDataset(path, options); });
-}
-
-/** Replaces a part of a text file. */
-void
-replace(const std::string& path, const std::string& part, const std::string& by)
-{
-  std::string text = readText(path);
-  const std::size_t at = text.find(part);
-  ASSERT_NE(at, std::string::npos) << path << " has no " << part;
-  writeText(path, text.replace(at, part.size(), by));
-}
-
-const Finding*
-findingOf(const RGBDDataset& dataset, const std::string& kind, const std::string& text)
-{
-  static std::vector<Finding> findings;
-  findings = dataset.findings();
-  for (const Finding& finding : findings)
-    if (finding.kind == kind && finding.what.find(text) != std::string::npos)
-      return &finding;
-  return nullptr;
-}
-
-class BadFormat : public ::testing::Test {
-protected:
-  /** Writes a scan of three frames. */
-  void
-  write(const std::string& format)
-  {
-    SyntheticScanOptions scan;
-    scan.num_frames = 3;
-    scan.width = 64;
-    scan.height = 48;
-    scan.focal_length = 55;
-    SyntheticScanWriteOptions options;
-    options.format = format;
-    options.surface_spacing = 0;
-    options.num_threads = 1;
-    writeSyntheticScan(SyntheticScan(scan), place, options);
-  }
-
-  TemporaryFolder folder;
-  std::string place = folder.path("scan");
-};
-
-/** Opens a recording and reads all of it; faults may be refused, and nothing else may happen. */
-void
-readAll(const std::string& path)
-{
-  try {
-    const auto dataset = openDataset(path);
-    for (std::size_t i = 0; i < dataset->size(); ++i)
-      try {
-        dataset->read(i);
-      }
-      catch (const pcl::IOException&) {
-      }
-  }
-  catch (const pcl::IOException&) {
-  }
-  catch (const pcl::BadArgumentException&) { // impossible intrinsics
-  }
-}
-
-/** Cuts a file off at many places, and changes bytes of it at random. */
-void
-damage(const std::string& recording, const std::string& file)
-{
-  const std::string whole = readText(file);
-  for (std::size_t size = 0; size < whole.size(); size += 1 + whole.size() / 40) {
-    writeText(file, whole.substr(0, size));
-    readAll(recording);
-  }
-  cv::RNG random(1);
-  for (int repetition = 0; repetition < 150; ++repetition) {
-    std::string damaged = whole;
-    // Half of the changes are where sizes stand.
-    const int range = repetition % 2 ? int(whole.size()) : std::min(600, int(whole.size()));
-    for (int k = random.uniform(1, 4); k > 0; --k)
-      damaged[std::size_t(random.uniform(0, range))] = char(random.uniform(0, 256));
-    writeText(file, damaged);
-    readAll(recording);
-  }
-  writeText(file, whole);
-  readAll(recording);
-}
-
-} // namespace
 
 TEST_F(BadFormat, UnknownFoldersAreToldWhatWouldWork)
 {
@@ -118,6 +16,8 @@ TEST_F(BadFormat, UnknownFoldersAreToldWhatWouldWork)
   EXPECT_CONTAINS(message, place + "/color/000000.png");
   EXPECT_CONTAINS(message, place + "/intrinsics.txt with the line: fx fy cx cy");
   EXPECT_CONTAINS(message, "bundle_icp_reconstruct " + place + " -o result");
+  writeText(place + "/scan.bag", "#ROSBAG V2.0");
+  EXPECT_CONTAINS(openError(place), "scan.bag is a ROS or RealSense bag, whose images must be");
   EXPECT_CONTAINS(openError(place + "/notes.txt"), "is not a folder, and no recording in one file");
 }
 
@@ -224,6 +124,13 @@ TEST_F(BadFormat, Nerfstudio)
   replace(file, "\"cx\"", "\"k1\": 0.1, \"cx\"");
   EXPECT_TRUE(findingOf(*openDataset(place), "intrinsics", "with distortion"));
   writeText(file, whole);
+  replace(file, "\"file_path\"", "\"mask_path\": \"half.png\", \"file_path\"");
+  cv::Mat mask(48, 64, CV_8UC1, cv::Scalar(255));
+  mask(cv::Rect(0, 0, 32, 48)) = 0;
+  recordings::writeImage(place + "/half.png", mask);
+  EXPECT_TRUE(findingOf(*openDataset(place), "masks", "1 of 3 frames have a mask"));
+  EXPECT_EQ(cv::countNonZero(openDataset(place)->read(0).depth(cv::Rect(0, 0, 32, 48)) > 0), 0);
+  writeText(file, whole);
   fs::remove(place + "/depth/frame_000001.png");
   const auto dataset = openDataset(place);
   EXPECT_EQ(dataset->size(), 2u);
@@ -240,7 +147,8 @@ TEST_F(BadFormat, Polycam)
   const std::string file = place + "/keyframes/cameras/0.json", whole = readText(file);
   EXPECT_EQ(openDataset(place + "/keyframes")->size(), 3u);
   replace(file, "\"fx\": 55", "\"fx\": 57");
-  const Finding* const finding = findingOf(*openDataset(place), "intrinsics", "its own intrinsics");
+  const std::optional<Finding> finding =
+      findingOf(*openDataset(place), "intrinsics", "its own intrinsics");
   ASSERT_TRUE(finding);
   EXPECT_EQ(finding->severity, Severity::WARNING); // 4 %
   EXPECT_NEAR(openDataset(place)->camera().fx, 55, 1e-9);
@@ -263,109 +171,4 @@ TEST_F(BadFormat, ScanNetExport)
   fs::remove(place + "/intrinsic/extrinsic_depth.txt");
   writeText(place + "/intrinsic/intrinsic_color.txt", "55 0 32\n");
   EXPECT_CONTAINS(openError(place), "intrinsic_color.txt: 3 numbers; expected 16");
-}
-
-TEST_F(BadFormat, Sens)
-{
-  write("sens");
-  const std::string file = place + "/scan.sens", whole = readText(file);
-  EXPECT_EQ(openDataset(file)->size(), 3u);
-  EXPECT_EQ(openDataset(file)->name(1), file + "/1");
-  writeText(file, whole.substr(0, whole.size() - 100)); // within the last frame
-  const auto dataset = openDataset(place);
-  EXPECT_EQ(dataset->size(), 2u);
-  EXPECT_TRUE(findingOf(*dataset, "frames", "is cut off: it holds 2 of 3 frames"));
-  writeText(file, whole.substr(0, 100));
-  EXPECT_CONTAINS(openError(place), "scan.sens: the file is cut off");
-  writeText(file, "\x03" + whole.substr(1));
-  EXPECT_CONTAINS(openError(place), "version 3 of the .sens format; only 4 is known");
-  writeText(file, whole);
-  damage(place, file);
-}
-
-TEST_F(BadFormat, PclReadsAndWritesTheSameClouds)
-{
-  write("pcd");
-  const std::string file = place + "/cloud0001.pcd";
-  pcl::PointCloud<pcl::PointXYZRGB> cloud;
-  ASSERT_EQ(pcl::io::loadPCDFile(file, cloud), 0);
-  ASSERT_EQ(cloud.width, 64u);
-  const RGBDFrame frame = openDataset(place)->read(1);
-  EXPECT_FLOAT_EQ(cloud.at(20, 30).z, frame.depth.at<float>(30, 20));
-  EXPECT_EQ(cloud.at(20, 30).r, frame.color.at<cv::Vec3b>(30, 20)[2]);
-  const auto same = [&frame](const RGBDFrame& other) {
-    return cv::norm(frame.color, other.color, cv::NORM_INF) == 0 &&
-           cv::norm(frame.depth, other.depth, cv::NORM_INF) < 1e-6;
-  };
-  pcl::io::savePCDFileASCII(file, cloud);
-  EXPECT_TRUE(same(openDataset(place)->read(1)));
-  pcl::io::savePCDFileBinaryCompressed(file, cloud);
-  EXPECT_TRUE(same(openDataset(place)->read(1)));
-  damage(place, file);
-  pcl::io::savePCDFileASCII(file, cloud);
-  damage(place, file);
-}
-
-TEST_F(BadFormat, Pcd)
-{
-  write("pcd");
-  fs::remove(place + "/cloud0001.pcd");
-  fs::remove(place + "/cloud0002.pcd");
-  const std::string file = place + "/cloud0000.pcd", whole = readText(file);
-  replace(file, "HEIGHT 48", "HEIGHT 1");
-  EXPECT_CONTAINS(openError(place), "cloud0000.pcd: the cloud is not organized");
-  writeText(file, whole);
-  replace(file, "HEIGHT 48", "HEIGHT 60000");
-  EXPECT_CONTAINS(openError(place), "cloud0000.pcd: the file is cut off");
-  writeText(file, whole);
-  replace(file, "FIELDS x y z rgb", "FIELDS x y z curvature");
-  EXPECT_CONTAINS(openError(place), "cloud0000.pcd: has no field rgb");
-  writeText(file, whole);
-  replace(file, "FIELDS x y z rgb", "FIELDS x z y rgb"); // another frame
-  EXPECT_CONTAINS(openError(place), "are not those of a camera that looks along z");
-  writeText(file, "this is no cloud");
-  EXPECT_CONTAINS(openError(place), "is no PCD file: its header has no line DATA");
-}
-
-TEST_F(BadFormat, FloatsAreMetresWhateverTheFormatSays)
-{
-  write("open3d");
-  for (const std::string extension : {".tiff", ".exr"}) {
-    fs::remove_all(place + "/depth");
-    cv::Mat depth(48, 64, CV_32FC1, cv::Scalar(1.25));
-    depth.at<float>(3, 4) = std::numeric_limits<float>::quiet_NaN();
-    depth.at<float>(5, 6) = 0;
-    setenv("OPENCV_IO_ENABLE_OPENEXR", "1", 1); // for writing
-    for (int i = 0; i < 3; ++i) {
-      depth.at<float>(0, 0) = float(i); // images that are equal are left out
-      recordings::writeImage(place + "/depth/" + std::to_string(i) + extension, depth);
-    }
-    const auto dataset = openDataset(place);
-    EXPECT_TRUE(findingOf(*dataset, "units", "1 units per metre, from the depth images"));
-    const RGBDFrame frame = dataset->read(1);
-    EXPECT_EQ(frame.depth.at<float>(10, 10), 1.25f);
-    EXPECT_TRUE(std::isnan(frame.depth.at<float>(3, 4)));
-    EXPECT_TRUE(std::isnan(frame.depth.at<float>(5, 6)));
-    DatasetOptions options;
-    options.depth_scale = 2;
-    EXPECT_EQ(openDataset(place, options)->read(1).depth.at<float>(10, 10), 0.625f);
-  }
-}
-
-TEST_F(BadFormat, GreyColourAndOtherKindsOfDepth)
-{
-  write("open3d");
-  for (const std::string extension : {".pgm", ".tif"}) {
-    fs::remove_all(place + "/depth");
-    fs::remove_all(place + "/color");
-    for (int i = 0; i < 3; ++i) {
-      recordings::writeImage(place + "/color/" + std::to_string(i) + ".pgm",
-                             cv::Mat(48, 64, CV_8UC1, cv::Scalar(40 + i)));
-      recordings::writeImage(place + "/depth/" + std::to_string(i) + extension,
-                             recordings::depth(1250));
-    }
-    const RGBDFrame frame = openDataset(place)->read(1);
-    EXPECT_EQ(frame.color.at<cv::Vec3b>(3, 4), cv::Vec3b(41, 41, 41));
-    EXPECT_EQ(frame.depth.at<float>(3, 4), 1.25f);
-  }
 }

@@ -70,6 +70,8 @@ sayTimes(const TimeUnit& unit, Recording& recording)
       {Severity::NOTE, "time_stamps", std::string("the names hold times in ") + unit.name, {}, ""});
 }
 
+} // namespace
+
 void
 sayNoTimes(Recording& recording)
 {
@@ -80,8 +82,6 @@ sayNoTimes(Recording& recording)
                                 {},
                                 ""});
 }
-
-} // namespace
 
 void
 placeInTime(Stream& files, Recording& recording)

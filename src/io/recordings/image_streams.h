@@ -24,6 +24,10 @@ pairNumberedImages(Stream color, Stream depth, const std::string& folder, Record
 void
 placeInTime(Stream& files, Recording& recording);
 
+/** Says that the stamps n / 30 s of frames are no times. */
+void
+sayNoTimes(Recording& recording);
+
 /** Whether the stamps of the frames can be used; where not, says why.
  *  \param source where they come from, for messages */
 void

@@ -4,7 +4,7 @@
 #include "io/recordings/image_streams.h"
 #include "io/recordings/json_file.h"
 #include "io/recordings/name_numbers.h"
-#include "io/recordings/recorded_cameras.h"
+#include "io/recordings/recorded_poses.h"
 
 #include <boost/filesystem.hpp>
 #include <pcl/exceptions.h>
@@ -111,8 +111,10 @@ framesOf(const Json& json, const fs::path& folder, bool use_masks, Recording& re
       continue;
     have_depth = true;
     images.depth_file = imageFile(folder, frame["depth_file_path"].get<std::string>());
-    if (use_masks && frame.contains("mask_path"))
+    if (use_masks && frame.contains("mask_path")) {
       images.mask_file = imageFile(folder, frame["mask_path"].get<std::string>());
+      recording.mask_rule = "those that transforms.json names";
+    }
     bool is_complete = true;
     for (const std::string& file : {images.color_file, images.depth_file})
       if (is_complete && !fs::is_regular_file(file)) {
@@ -192,6 +194,8 @@ readNerfstudio(const std::string& path, const DatasetOptions& options)
                                 ""});
   if (recording.has_times)
     checkStamps(file, recording);
+  else
+    sayNoTimes(recording);
   finishEstimatedPoses("its recorder", recording);
   return recording;
 }

@@ -4,7 +4,7 @@
 #include "io/image_file.h"
 #include "io/recordings/image_streams.h"
 #include "io/recordings/pcd_file.h"
-#include "io/recordings/recorded_cameras.h"
+#include "io/recordings/recorded_poses.h"
 #include "io/text_file.h"
 
 #include <Eigen/Dense>

@@ -4,7 +4,7 @@
 #include "io/recordings/confidence.h"
 #include "io/recordings/image_streams.h"
 #include "io/recordings/json_file.h"
-#include "io/recordings/recorded_cameras.h"
+#include "io/recordings/recorded_poses.h"
 
 #include <boost/filesystem.hpp>
 

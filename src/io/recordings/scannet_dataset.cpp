@@ -2,7 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 // What ScanNet's exporters make of a .sens file: a folder each for colour, depth and poses.
 #include "io/recordings/image_streams.h"
-#include "io/recordings/recorded_cameras.h"
+#include "io/recordings/recorded_poses.h"
 
 #include <boost/filesystem.hpp>
 #include <pcl/exceptions.h>

@@ -2,7 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 // ScanNet's recordings in one file.
 #include "io/recordings/image_streams.h"
-#include "io/recordings/recorded_cameras.h"
+#include "io/recordings/recorded_poses.h"
 #include "io/recordings/sens_file.h"
 #include "io/recordings/time_stamps.h"
 

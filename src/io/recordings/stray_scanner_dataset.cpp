@@ -2,7 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "io/recordings/confidence.h"
 #include "io/recordings/image_streams.h"
-#include "io/recordings/recorded_cameras.h"
+#include "io/recordings/recorded_poses.h"
 #include "io/text_file.h"
 
 #include <boost/filesystem.hpp>

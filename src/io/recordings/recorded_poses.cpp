@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
-#include "io/recordings/recorded_cameras.h"
+#include "io/recordings/recorded_poses.h"
 
 #include "io/text_file.h"
 
