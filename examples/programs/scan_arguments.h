@@ -30,6 +30,13 @@ describeRecording(DatasetOptions& dataset)
       "intrinsics of the recorded images [px], instead of those of the format; or estimate: the "
       "focal length is estimated from the images, starting from a horizontal field of view of 60 "
       "degrees, with square pixels and the axis in the middle");
+  add("depth-intrinsics", po::value<std::string>()->value_name("FX,FY,CX,CY[,K1,K2,P1,P2,K3]"),
+      "intrinsics of depth images that are not registered to colour [px]: depth is moved into the "
+      "colour images; default: those of the recording; where it has none, depth is registered, or "
+      "shows the same view in another size");
+  add("depth-to-color", po::value<std::string>()->value_name("FILE|TX,TY,TZ[,QX,QY,QZ,QW]"),
+      "where the depth camera is in the frame of the colour camera [m]: a text file with a matrix "
+      "of 4x4, or numbers; default: that of the recording, or the same place");
   add("depth-scale", po::value<double>()->value_name("UNITS"),
       "units of the depth images per metre; default: that of the format (TUM 5000, most "
       "others 1000)");
@@ -64,6 +71,27 @@ refuseNegativeNumbers(const boost::program_options::parsed_options& parsed)
                          ": must not be negative");
 }
 
+/** The camera of depth of which the options say something. */
+inline std::optional<DepthCamera>
+depthCameraOf(const boost::program_options::variables_map& values)
+{
+  if (!values.count("depth-intrinsics") && !values.count("depth-to-color"))
+    return std::nullopt;
+  DepthCamera depth;
+  if (values.count("depth-intrinsics")) {
+    const std::string text = values["depth-intrinsics"].as<std::string>();
+    try {
+      depth.intrinsics = parseIntrinsics(text);
+    }
+    catch (const pcl::BadArgumentException&) {
+      throw UsageError("--depth-intrinsics " + text + ": expected fx,fy,cx,cy[,k1,k2,p1,p2,k3]");
+    }
+  }
+  if (values.count("depth-to-color"))
+    depth.color_from_depth = readDepthToColor(values["depth-to-color"].as<std::string>());
+  return depth;
+}
+
 /** Applies the options that describeRecording() does not store. */
 inline void
 applyRecording(const boost::program_options::variables_map& values, DatasetOptions& dataset)
@@ -78,6 +106,7 @@ applyRecording(const boost::program_options::variables_map& values, DatasetOptio
       throw UsageError(error.what());
     }
   }
+  dataset.depth_camera = depthCameraOf(values);
   dataset.use_masks = !values.count("no-mask");
   if (values.count("depth-scale"))
     dataset.depth_scale = values["depth-scale"].as<double>();

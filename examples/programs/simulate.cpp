@@ -20,7 +20,7 @@ using namespace bundle_icp;
 namespace {
 
 struct Arguments {
-  std::string folder, size = "640x480";
+  std::string folder, size = "640x480", depth_size, depth_offset;
   SyntheticScanOptions scan;
   SyntheticScanWriteOptions write;
   bool is_noisy = false, is_quiet = false;
@@ -59,6 +59,13 @@ describeScan(Arguments& arguments)
       "frames per second on the path; a longer scan goes on through the room");
   add("size", valueOf(arguments.size, "WxH"), "size of the images [px]");
   add("focal-length", valueOf(scan.focal_length, "PX"), "true focal length [px]");
+  add("depth-size", po::value(&arguments.depth_size)->value_name("WxH"),
+      "size of the depth images [px], seen by a camera of their own: recorded as they are, not "
+      "registered to colour; default: that of colour");
+  add("depth-focal-length", po::value(&scan.depth_focal_length)->value_name("PX"),
+      "focal length of the depth camera [px]; default: as wide a view as that of colour");
+  add("depth-offset", po::value(&arguments.depth_offset)->value_name("X,Y,Z"),
+      "where the depth camera is in the frame of the colour camera [m]; default: the same place");
   add("seed", valueOf(scan.seed, "N"), "seed of textures, path and faults");
   add("start", valueOf(scan.start_time, "S"),
       "start of the scan on the path [s]: objects on a table first, the walls from 67 s on");
@@ -125,13 +132,25 @@ describeFaults(Arguments& arguments)
 }
 
 void
-parseSize(const std::string& text, SyntheticScanOptions& scan)
+parseSize(const std::string& option, const std::string& text, int& width, int& height)
 {
   std::smatch match;
   if (!std::regex_match(text, match, std::regex("([0-9]{1,5})x([0-9]{1,5})")))
-    throw UsageError("--size " + text + ": expected WxH, for example 640x480");
-  scan.width = std::stoi(match[1]);
-  scan.height = std::stoi(match[2]);
+    throw UsageError("--" + option + " " + text + ": expected WxH, for example 640x480");
+  width = std::stoi(match[1]);
+  height = std::stoi(match[2]);
+}
+
+Eigen::Vector3d
+parseOffset(const std::string& text)
+{
+  std::istringstream stream(text);
+  Eigen::Vector3d offset;
+  char first = 0, second = 0;
+  if (!(stream >> offset.x() >> first >> offset.y() >> second >> offset.z()) || first != ',' ||
+      second != ',' || stream.peek() != EOF)
+    throw UsageError("--depth-offset " + text + ": expected X,Y,Z [m], for example 0.02,0,0");
+  return offset;
 }
 
 /** \return nothing when the user asked for help. */
@@ -164,9 +183,14 @@ parse(int argc, char** argv)
   arguments.scan.turntable = arguments.turntable;
   if (arguments.folder.empty())
     throw UsageError("expected a folder OUT");
-  parseSize(arguments.size, arguments.scan);
+  SyntheticScanOptions& scan = arguments.scan;
+  parseSize("size", arguments.size, scan.width, scan.height);
+  if (!arguments.depth_size.empty())
+    parseSize("depth-size", arguments.depth_size, scan.depth_width, scan.depth_height);
+  if (!arguments.depth_offset.empty())
+    scan.depth_offset = parseOffset(arguments.depth_offset);
   std::string error;
-  if (!arguments.scan.isValid(&error) || !arguments.write.isValid(&error))
+  if (!scan.isValid(&error) || !arguments.write.isValid(&error))
     throw UsageError(error);
   return arguments;
 }

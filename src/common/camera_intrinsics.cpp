@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <locale>
 #include <sstream>
 #include <vector>
 
@@ -68,6 +69,7 @@ parseIntrinsics(const std::string& text)
   std::string blanks = text;
   std::replace(blanks.begin(), blanks.end(), ',', ' ');
   std::istringstream stream(blanks);
+  stream.imbue(std::locale::classic());
   std::vector<double> values;
   for (double value; stream >> value;)
     values.push_back(value);

@@ -157,6 +157,8 @@ DatasetOptions::isValid(std::string* error) const
     return fail("field of view " + std::to_string(*field_of_view) + " rad must lie in (0.1, 2.8)");
   if (depth_noise && !depth_noise->isValid(error))
     return false;
+  if (depth_camera && !isRigid(depth_camera->color_from_depth.matrix()))
+    return fail("the pose of the depth camera must be a rigid motion");
   if (!(std::isfinite(max_time_difference) && max_time_difference > 0))
     return fail("largest time difference " + std::to_string(max_time_difference) +
                 " s must be finite and positive");

@@ -53,22 +53,41 @@ readBytes(const std::string& path)
   return bytes;
 }
 
+std::vector<std::string>
+splitWords(std::string text)
+{
+  std::replace(text.begin(), text.end(), ',', ' ');
+  std::istringstream blanks(text);
+  std::vector<std::string> words;
+  for (std::string word; blanks >> word;)
+    words.push_back(word);
+  return words;
+}
+
+std::string
+toUtf8(const std::string& bytes)
+{
+  if (bytes.compare(0, 3, "\xef\xbb\xbf") == 0)
+    return bytes.substr(3);
+  const bool is_little = bytes.compare(0, 2, "\xff\xfe") == 0;
+  if (!is_little && bytes.compare(0, 2, "\xfe\xff") != 0)
+    return bytes;
+  std::string text;
+  for (std::size_t i = 2; i + 1 < bytes.size(); i += 2) {
+    const char low = bytes[i + std::size_t(!is_little)], high = bytes[i + std::size_t(is_little)];
+    text += high == 0 && (low & 0x80) == 0 ? low : '?';
+  }
+  return text;
+}
+
 std::vector<TextLine>
 readTextLines(const std::string& path)
 {
-  std::string bytes = readBytes(path);
-  if (bytes.compare(0, 3, "\xef\xbb\xbf") == 0) // the mark of UTF-8 that some editors write
-    bytes.erase(0, 3);
-  std::istringstream stream(bytes);
+  std::istringstream stream(toUtf8(readBytes(path)));
   std::vector<TextLine> lines;
   std::string text;
   for (std::size_t number = 1; std::getline(stream, text); ++number) {
-    text = text.substr(0, text.find('#'));
-    std::replace(text.begin(), text.end(), ',', ' ');
-    std::istringstream blanks(text);
-    TextLine line{number, {}};
-    for (std::string word; blanks >> word;)
-      line.words.push_back(word);
+    TextLine line{number, splitWords(text.substr(0, text.find('#')))};
     if (!line.words.empty())
       lines.push_back(std::move(line));
   }

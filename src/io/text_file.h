@@ -19,6 +19,15 @@ struct TextLine {
 std::vector<TextLine>
 readTextLines(const std::string& path);
 
+/** The words of a text, cut at blanks and commas. */
+std::vector<std::string>
+splitWords(std::string text);
+
+/** Text in UTF-8, without a byte order mark, of bytes in UTF-8 or in UTF-16 with such a mark, as
+ *  some recorders write. What is not ASCII becomes '?' from UTF-16. */
+std::string
+toUtf8(const std::string& bytes);
+
 /** The words of a line as numbers, independent of the locale.
  *  \throws pcl::IOException naming `path`, the line and the word that is not a finite
  * number. */

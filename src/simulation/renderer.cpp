@@ -142,5 +142,28 @@ renderNormals(const Scene& scene, const CameraIntrinsics& camera, const Pose& wo
   return normals;
 }
 
+cv::Mat
+reflection(const Scene& scene, const CameraIntrinsics& camera, const Pose& world_from_camera,
+           const GeometryImage& geometry, const cv::Mat& color)
+{
+  const cv::Mat normals = renderNormals(scene, camera, world_from_camera, geometry);
+  const Eigen::Matrix3f rotation = world_from_camera.linear().cast<float>();
+  cv::Mat result(color.size(), CV_32FC1);
+  for (int y = 0; y < color.rows; ++y)
+    for (int x = 0; x < color.cols; ++x) {
+      if (geometry.face.at<int>(y, x) < 0) { // the room around a turntable
+        result.at<float>(y, x) = 1;
+        continue;
+      }
+      const cv::Vec3f& n = normals.at<cv::Vec3f>(y, x);
+      const cv::Vec3b& bgr = color.at<cv::Vec3b>(y, x);
+      const Eigen::Vector3f ray = rotation * camera.unproject(x, y, 1).cast<float>().normalized();
+      const float cosine = -ray.dot(Eigen::Vector3f(n[0], n[1], n[2]));
+      const float gray = float(bgr[0] + bgr[1] + bgr[2]) / 765;
+      result.at<float>(y, x) = std::min(1.f, 2.5f * cosine) * std::min(1.f, 0.4f + 3 * gray);
+    }
+  return result;
+}
+
 } // namespace simulation
 } // namespace bundle_icp

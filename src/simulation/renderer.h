@@ -33,5 +33,11 @@ cv::Mat
 renderNormals(const Scene& scene, const CameraIntrinsics& camera, const Pose& world_from_camera,
               const GeometryImage& geometry);
 
+/** Share of a depth camera's light that each pixel reflects, 0 to 1: CV_32FC1.
+ *  \param[in] color of the same view, CV_8UC3 */
+cv::Mat
+reflection(const Scene& scene, const CameraIntrinsics& camera, const Pose& world_from_camera,
+           const GeometryImage& geometry, const cv::Mat& color);
+
 } // namespace simulation
 } // namespace bundle_icp

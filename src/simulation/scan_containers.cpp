@@ -56,24 +56,25 @@ sensPart(const fs::path& folder, std::size_t index)
 std::string
 sensHeader(const SyntheticScan& scan)
 {
-  const CameraIntrinsics& camera = scan.camera();
-  Eigen::Matrix4d intrinsic = Eigen::Matrix4d::Identity();
-  intrinsic(0, 0) = camera.fx;
-  intrinsic(1, 1) = camera.fy;
-  intrinsic(0, 2) = camera.cx;
-  intrinsic(1, 2) = camera.cy;
+  const std::optional<DepthCamera> depth = scan.depthCamera();
+  const CameraIntrinsics cameras[] = {scan.camera(), depth ? depth->intrinsics : scan.camera()};
   const std::string sensor = "synthetic";
   std::string bytes;
   append(bytes, std::uint32_t(4)); // version
   append(bytes, std::uint64_t(sensor.size()));
   bytes += sensor;
-  for (int camera_number = 0; camera_number < 2; ++camera_number) { // colour, depth
+  for (const CameraIntrinsics& camera : cameras) {
+    Eigen::Matrix4d intrinsic = Eigen::Matrix4d::Identity();
+    intrinsic(0, 0) = camera.fx;
+    intrinsic(1, 1) = camera.fy;
+    intrinsic(0, 2) = camera.cx;
+    intrinsic(1, 2) = camera.cy;
     append(bytes, intrinsic);
     append(bytes, Eigen::Matrix4d(Eigen::Matrix4d::Identity()));
   }
   append(bytes, std::int32_t(1)); // colour as PNG
   append(bytes, std::int32_t(1)); // depth by zlib
-  for (int camera_number = 0; camera_number < 2; ++camera_number) {
+  for (const CameraIntrinsics& camera : cameras) {
     append(bytes, std::uint32_t(camera.width));
     append(bytes, std::uint32_t(camera.height));
   }

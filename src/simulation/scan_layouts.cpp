@@ -2,19 +2,19 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "simulation/scan_layouts.h"
 
+#include "simulation/phone_layouts.h"
 #include "simulation/scan_containers.h"
 #include "simulation/written_files.h"
 
 #include <boost/algorithm/string/replace.hpp>
 #include <boost/filesystem.hpp>
-#include <nlohmann/json.hpp>
-#include <opencv2/core/eigen.hpp>
+
+#include <cmath>
 
 namespace bundle_icp {
 namespace {
 
 namespace fs = boost::filesystem;
-using Json = nlohmann::json;
 
 constexpr double TUM_SCALE = 5000, MILLIMETRES = 1000; // units a metre
 
@@ -25,29 +25,31 @@ stampOf(const SyntheticScan& scan, std::size_t index)
 }
 
 cv::Mat_<double>
-matrixOf(const CameraIntrinsics& camera)
+focalLengthsAndCentre(const CameraIntrinsics& camera)
 {
-  return (cv::Mat_<double>(3, 3) << camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1);
+  return (cv::Mat_<double>(1, 4) << camera.fx, camera.fy, camera.cx, camera.cy);
 }
 
-cv::Mat_<double>
-matrixOf(const Pose& pose)
+/** Camera of the depth images. */
+CameraIntrinsics
+depthIntrinsics(const SyntheticScan& scan)
 {
-  cv::Mat_<double> matrix;
-  cv::eigen2cv(Eigen::Matrix4d(pose.matrix()), matrix);
-  return matrix;
+  const std::optional<DepthCamera> depth = scan.depthCamera();
+  return depth ? depth->intrinsics : scan.camera();
 }
 
-/** `fx fy cx cy` and the units of depth. */
+/** `fx fy cx cy`, the units of depth and its camera. */
 void
 writeIntrinsics(const SyntheticScan& scan, const fs::path& folder, double units_per_metre)
 {
-  const CameraIntrinsics& camera = scan.camera();
-  const cv::Mat_<double> numbers =
-      (cv::Mat_<double>(1, 4) << camera.fx, camera.fy, camera.cx, camera.cy);
-  writeText((folder / "intrinsics.txt").string(),
-            toText(numbers) + "depth_scale " +
-                toText(units_per_metre, std::chars_format::general, 6) + "\n");
+  std::string text = toText(focalLengthsAndCentre(scan.camera())) + "depth_scale " +
+                     toText(units_per_metre, std::chars_format::general, 6) + "\n";
+  if (const std::optional<DepthCamera> depth = scan.depthCamera()) {
+    const Eigen::Vector3d place = depth->color_from_depth.translation();
+    text += "depth_intrinsics " + toText(focalLengthsAndCentre(depth->intrinsics));
+    text += "depth_to_color " + toText((cv::Mat_<double>(1, 3) << place.x(), place.y(), place.z()));
+  }
+  writeText((folder / "intrinsics.txt").string(), text);
 }
 
 void
@@ -100,74 +102,6 @@ writeOpen3dCamera(const SyntheticScan& scan, const fs::path& folder)
                 toText(column_major, ", ") + "]}\n");
 }
 
-/** As depth comes from a phone: 2 is the highest confidence, 0 the lowest. */
-void
-writeConfidence(const SyntheticScan&, const WrittenFrame& frame, const fs::path& folder)
-{
-  cv::Mat confidence(frame.depth_units.size(), CV_8UC1, cv::Scalar(2));
-  confidence.setTo(0, frame.depth_units == 0);
-  writeImage((folder / "confidence" / withZeros(frame.index, 6)).string() + ".png", confidence);
-}
-
-void
-writeStrayScannerLists(const SyntheticScan& scan, const fs::path& folder)
-{
-  std::string text = "timestamp, frame, x, y, z, qx, qy, qz, qw\n";
-  for (std::size_t i = 0; i < scan.size(); ++i) {
-    const Pose pose = scan.worldFromCamera(i);
-    const Eigen::Vector3d& t = pose.translation();
-    const Eigen::Quaterniond q(pose.linear());
-    text +=
-        stampOf(scan, i) + ", " + withZeros(i, 6) + ", " +
-        toText((cv::Mat_<double>(1, 7) << t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()), ", ");
-  }
-  writeText((folder / "odometry.csv").string(), text);
-  writeText((folder / "camera_matrix.csv").string(), toText(matrixOf(scan.camera()), ", "));
-}
-
-/** Of a camera whose y axis points up and whose z axis points back. */
-cv::Mat_<double>
-openGlMatrixOf(const Pose& world_from_camera)
-{
-  cv::Mat_<double> matrix = matrixOf(world_from_camera);
-  matrix.col(1) *= -1;
-  matrix.col(2) *= -1;
-  return matrix;
-}
-
-void
-writeTransforms(const SyntheticScan& scan, const fs::path& folder)
-{
-  const CameraIntrinsics& camera = scan.camera();
-  Json json = {{"camera_model", "OPENCV"}, {"fl_x", camera.fx}, {"fl_y", camera.fy},
-               {"cx", camera.cx},          {"cy", camera.cy},   {"w", camera.width},
-               {"h", camera.height}};
-  for (std::size_t i = 0; i < scan.size(); ++i) {
-    const cv::Mat_<double> m = openGlMatrixOf(scan.worldFromCamera(i));
-    Json rows;
-    for (int row = 0; row < 4; ++row)
-      rows.push_back(std::vector<double>(m[row], m[row] + 4));
-    json["frames"].push_back({{"file_path", "images/frame_" + withZeros(i, 6) + ".png"},
-                              {"depth_file_path", "depth/frame_" + withZeros(i, 6) + ".png"},
-                              {"transform_matrix", rows}});
-  }
-  writeText((folder / "transforms.json").string(), json.dump(1) + "\n");
-}
-
-void
-writePolycamCamera(const SyntheticScan& scan, const WrittenFrame& frame, const fs::path& folder)
-{
-  const CameraIntrinsics& camera = scan.camera();
-  Json json = {{"fx", camera.fx}, {"fy", camera.fy},       {"cx", camera.cx},
-               {"cy", camera.cy}, {"width", camera.width}, {"height", camera.height}};
-  const cv::Mat_<double> m = openGlMatrixOf(scan.worldFromCamera(frame.index));
-  for (int row = 0; row < 3; ++row)
-    for (int column = 0; column < 4; ++column)
-      json["t_" + std::to_string(row) + std::to_string(column)] = m(row, column);
-  const std::string name = nameOfFrame("{microseconds}.json", scan, frame.index);
-  writeText((folder / "keyframes" / "cameras" / name).string(), json.dump(1) + "\n");
-}
-
 void
 writeScanNetPose(const SyntheticScan& scan, const WrittenFrame& frame, const fs::path& folder)
 {
@@ -178,10 +112,11 @@ writeScanNetPose(const SyntheticScan& scan, const WrittenFrame& frame, const fs:
 void
 writeScanNetCameras(const SyntheticScan& scan, const fs::path& folder)
 {
-  const CameraIntrinsics& camera = scan.camera();
-  const cv::Mat_<double> intrinsic = (cv::Mat_<double>(4, 4) << camera.fx, 0, camera.cx, 0, 0,
-                                      camera.fy, camera.cy, 0, 0, 0, 1, 0, 0, 0, 0, 1);
-  for (const std::string kind : {"color", "depth"}) {
+  const std::pair<std::string, CameraIntrinsics> cameras[] = {{"color", scan.camera()},
+                                                              {"depth", depthIntrinsics(scan)}};
+  for (const auto& [kind, camera] : cameras) {
+    const cv::Mat_<double> intrinsic = (cv::Mat_<double>(4, 4) << camera.fx, 0, camera.cx, 0, 0,
+                                        camera.fy, camera.cy, 0, 0, 0, 1, 0, 0, 0, 0, 1);
     writeText((folder / "intrinsic" / ("intrinsic_" + kind)).string() + ".txt", toText(intrinsic));
     writeText((folder / "intrinsic" / ("extrinsic_" + kind)).string() + ".txt",
               toText(matrixOf(Pose::Identity())));
@@ -194,8 +129,16 @@ const std::vector<ScanLayout>&
 scanLayouts()
 {
   static const std::vector<ScanLayout> layouts = {
-      {"tum", TUM_SCALE, "rgb/{stamp}.png", "depth/{stamp}.png", {}, nullptr, writeTumLists},
+      {"tum",
+       DepthView::ANY,
+       TUM_SCALE,
+       "rgb/{stamp}.png",
+       "depth/{stamp}.png",
+       {},
+       nullptr,
+       writeTumLists},
       {"associations",
+       DepthView::ANY,
        TUM_SCALE,
        "rgb/{number}.png",
        "depth/{number}.png",
@@ -203,6 +146,7 @@ scanLayouts()
        nullptr,
        writeAssociations},
       {"7-scenes",
+       DepthView::SAME,
        MILLIMETRES,
        "frame-{000000}.color.png",
        "frame-{000000}.depth.png",
@@ -210,6 +154,7 @@ scanLayouts()
        writePoseBesideFrame,
        writeThreeDMatchCamera},
       {"scannet",
+       DepthView::SAME_PLACE,
        MILLIMETRES,
        "color/{number}.jpg",
        "depth/{number}.png",
@@ -217,6 +162,7 @@ scanLayouts()
        writeScanNetPose,
        writeScanNetCameras},
       {"open3d",
+       DepthView::SAME,
        MILLIMETRES,
        "color/{000000}.png",
        "depth/{000000}.png",
@@ -224,6 +170,7 @@ scanLayouts()
        nullptr,
        writeOpen3dCamera},
       {"images",
+       DepthView::ANY,
        MILLIMETRES,
        "color{0000}.png",
        "depth{0000}.png",
@@ -233,6 +180,7 @@ scanLayouts()
          writeIntrinsics(scan, folder, MILLIMETRES);
        }},
       {"stray-scanner",
+       DepthView::SAME,
        MILLIMETRES,
        "rgb/{000000}.png",
        "depth/{000000}.png",
@@ -240,6 +188,7 @@ scanLayouts()
        writeConfidence,
        writeStrayScannerLists},
       {"nerfstudio",
+       DepthView::SAME,
        MILLIMETRES,
        "images/frame_{000000}.png",
        "depth/frame_{000000}.png",
@@ -247,16 +196,32 @@ scanLayouts()
        nullptr,
        writeTransforms},
       {"polycam",
+       DepthView::SAME,
        MILLIMETRES,
        "keyframes/images/{microseconds}.jpg",
        "keyframes/depth/{microseconds}.png",
        {"keyframes/cameras"},
        writePolycamCamera,
        nullptr},
-      {"pcd", MILLIMETRES, "", "", {}, writePcd, nullptr},
-      {"sens", MILLIMETRES, "", "", {}, writeSensPart, joinSensParts},
+      {"pcd", DepthView::REGISTERED, MILLIMETRES, "", "", {}, writePcd, nullptr},
+      {"sens", DepthView::SAME_PLACE, MILLIMETRES, "", "", {}, writeSensPart, joinSensParts},
   };
   return layouts;
+}
+
+DepthView
+depthViewOf(const SyntheticScan& scan)
+{
+  const std::optional<DepthCamera> depth = scan.depthCamera();
+  if (!depth)
+    return DepthView::REGISTERED;
+  if (!depth->color_from_depth.isApprox(Pose::Identity()))
+    return DepthView::ANY;
+  const CameraIntrinsics &of_depth = depth->intrinsics, &of_color = scan.camera();
+  const double scale = double(of_depth.width) / of_color.width;
+  const bool is_same = of_depth.width * of_color.height == of_depth.height * of_color.width &&
+                       std::abs(of_depth.fx - scale * of_color.fx) < 1e-6;
+  return is_same ? DepthView::SAME : DepthView::SAME_PLACE;
 }
 
 std::string

@@ -18,9 +18,18 @@ struct WrittenFrame {
   cv::Mat depth_units; ///< CV_16UC1, 0 = not measured
 };
 
+/** What a format says of a depth camera; each can say what those before can. */
+enum class DepthView {
+  REGISTERED, ///< depth lies in the colour camera's pixels
+  SAME,       ///< the view of colour, in another size
+  SAME_PLACE, ///< another lens
+  ANY         ///< another lens in another place
+};
+
 /** How a scan is written in the format of a recorder. */
 struct ScanLayout {
   const char* name;
+  DepthView depth_view;
   double units_per_metre;
   /** Names of the images of a frame, in the folder, with `{stamp}`, `{microseconds}`, `{number}`,
    *  or the number as `{0000}` or `{000000}`; empty = the images are no files. */
@@ -32,6 +41,10 @@ struct ScanLayout {
   /** Writes lists, camera and poses, after all frames; may be unset. */
   void (*write_lists)(const SyntheticScan&, const boost::filesystem::path& folder);
 };
+
+/** What a format must be able to say of the depth camera of a scan. */
+DepthView
+depthViewOf(const SyntheticScan& scan);
 
 /** All layouts; that of TUM RGB-D comes first. */
 const std::vector<ScanLayout>&

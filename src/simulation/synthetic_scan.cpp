@@ -50,10 +50,6 @@ struct SyntheticScan::Impl {
   /** Mean of what the camera sees while it is shaken. */
   cv::Mat
   blurredColor(std::size_t id) const;
-  /** Share of the depth camera's light that each pixel reflects, 0 to 1. */
-  cv::Mat
-  reflection(const cv::Mat& color, const Pose& pose, const GeometryImage& geometry) const;
-
   SyntheticScanOptions options;
   simulation::Scene scene;
   simulation::HandHeldPath path;
@@ -120,30 +116,6 @@ SyntheticScan::Impl::blurredColor(std::size_t id) const
   return color;
 }
 
-cv::Mat
-SyntheticScan::Impl::reflection(const cv::Mat& color, const Pose& pose,
-                                const GeometryImage& geometry) const
-{
-  const cv::Mat normals = simulation::renderNormals(scene, true_camera, pose, geometry);
-  const Eigen::Matrix3f world_from_camera = pose.linear().cast<float>();
-  cv::Mat result(color.size(), CV_32FC1);
-  for (int y = 0; y < color.rows; ++y)
-    for (int x = 0; x < color.cols; ++x) {
-      if (geometry.face.at<int>(y, x) < 0) { // the room around a turntable
-        result.at<float>(y, x) = 1;
-        continue;
-      }
-      const cv::Vec3f& n = normals.at<cv::Vec3f>(y, x);
-      const cv::Vec3b& bgr = color.at<cv::Vec3b>(y, x);
-      const Eigen::Vector3f ray =
-          world_from_camera * true_camera.unproject(x, y, 1).cast<float>().normalized();
-      const float cosine = -ray.dot(Eigen::Vector3f(n[0], n[1], n[2]));
-      const float gray = float(bgr[0] + bgr[1] + bgr[2]) / 765;
-      result.at<float>(y, x) = std::min(1.f, 2.5f * cosine) * std::min(1.f, 0.4f + 3 * gray);
-    }
-  return result;
-}
-
 SyntheticScan::SyntheticScan(const SyntheticScanOptions& options)
 {
   std::string error;
@@ -206,10 +178,40 @@ SyntheticScan::read(std::size_t index) const
                      is_same_view ? &frame.color : nullptr);
   cv::Mat reflection;
   if (options.hole_fraction > 0)
-    reflection = impl_->reflection(frame.color, depth_pose, geometry);
+    reflection =
+        simulation::reflection(impl_->scene, impl_->true_camera, depth_pose, geometry, frame.color);
   simulation::spoilDepth(frame.depth, reflection, options, number);
   simulation::spoilColor(frame.color, options, number, time);
   return frame;
+}
+
+cv::Mat
+SyntheticScan::readDepth(std::size_t index) const
+{
+  const SyntheticScanOptions& options = impl_->options;
+  const std::optional<DepthCamera> depth_camera = options.depthCamera();
+  if (!depth_camera)
+    return read(index).depth;
+  const CameraIntrinsics& camera = depth_camera->intrinsics;
+  const std::size_t number = impl_->order.at(index);
+  const double time = impl_->timeOf(number) + options.time_offset;
+  const Pose pose = impl_->poseAt(time) * depth_camera->color_from_depth;
+  const GeometryImage geometry = simulation::renderGeometry(impl_->scene, camera, pose);
+  cv::Mat depth = geometry.depth.clone(); // the reflection is that of what stands still
+  impl_->moving.draw(camera, pose, time, depth, nullptr);
+  cv::Mat reflection;
+  if (options.hole_fraction > 0) {
+    const cv::Mat color = simulation::renderColor(impl_->scene, camera, pose, geometry);
+    reflection = simulation::reflection(impl_->scene, camera, pose, geometry, color);
+  }
+  simulation::spoilDepth(depth, reflection, options, number);
+  return depth;
+}
+
+std::optional<DepthCamera>
+SyntheticScan::depthCamera() const
+{
+  return impl_->options.depthCamera();
 }
 
 bool

@@ -26,8 +26,8 @@ writeFrame(const SyntheticScan& scan, const ScanLayout& layout, const fs::path& 
 {
   const RGBDFrame frame = scan.read(index);
   cv::Mat units;
-  cv::Mat measured = frame.depth.clone();
-  measured.setTo(0, frame.depth != frame.depth); // NaN is written as 0
+  cv::Mat measured = scan.depthCamera() ? scan.readDepth(index) : frame.depth.clone();
+  measured.setTo(0, measured != measured); // NaN is written as 0
   measured.convertTo(units, CV_16UC1, layout.units_per_metre);
   const std::string color = nameOfFrame(layout.color_file, scan, index);
   if (!color.empty()) {
@@ -117,6 +117,9 @@ writeSyntheticScan(const SyntheticScan& scan, const std::string& folder,
   if (!options.isValid(&error))
     throw pcl::BadArgumentException("writing a synthetic scan: " + error);
   const ScanLayout& layout = *findScanLayout(options.format);
+  if (depthViewOf(scan) > layout.depth_view)
+    throw pcl::BadArgumentException("writing a synthetic scan: the format " + options.format +
+                                    " cannot say what camera took the depth");
   prepareFolder(scan, layout, folder, options.masks);
   if (!writeFrames(scan, layout, folder, options, progress))
     return;

@@ -57,6 +57,9 @@ SyntheticScanOptions::isValid(std::string* error) const
       {"frame_rate [Hz]", frame_rate, 0.1, 1000},
       {"width [px]", double(width), 16, 8192},
       {"height [px]", double(height), 16, 8192},
+      {"depth_width [px]", double(depth_width == 0 ? width : depth_width), 16, 8192},
+      {"depth_height [px]", double(depth_height == 0 ? height : depth_height), 16, 8192},
+      {"depth_offset [m]", depth_offset.norm(), 0, 1},
       {"start_time [s]", start_time, 0, 1e6},
       {"movement", movement, 0, 1},
       {"texture", texture, 0, 1},
@@ -71,7 +74,15 @@ SyntheticScanOptions::isValid(std::string* error) const
       {"time_offset [s]", time_offset, -1, 1},
       {"readout [s]", readout, -0.1, 0.1},
   };
-  return areWithin(bounds, error) && noise.isValid(error) && trueCamera().isValid(error);
+  if (!areWithin(bounds, error) || !noise.isValid(error) || !trueCamera().isValid(error))
+    return false;
+  const std::optional<DepthCamera> depth = depthCamera();
+  if (depth && gripper) {
+    if (error)
+      *error = "a gripper is simulated with registered depth only";
+    return false;
+  }
+  return !depth || depth->intrinsics.isValid(error);
 }
 
 CameraIntrinsics
@@ -84,6 +95,23 @@ SyntheticScanOptions::trueCamera() const
   camera.cx = 0.5 * (width - 1);
   camera.cy = 0.5 * (height - 1);
   return camera;
+}
+
+std::optional<DepthCamera>
+SyntheticScanOptions::depthCamera() const
+{
+  if (depth_width == 0 && depth_height == 0 && depth_focal_length == 0 && depth_offset.isZero(0))
+    return std::nullopt;
+  DepthCamera depth;
+  CameraIntrinsics& camera = depth.intrinsics;
+  camera.width = depth_width == 0 ? width : depth_width;
+  camera.height = depth_height == 0 ? height : depth_height;
+  const double same_view = focal_length * camera.width / width;
+  camera.fx = camera.fy = depth_focal_length == 0 ? same_view : depth_focal_length;
+  camera.cx = 0.5 * (camera.width - 1);
+  camera.cy = 0.5 * (camera.height - 1);
+  depth.color_from_depth.translation() = depth_offset;
+  return depth;
 }
 
 bool

@@ -5,6 +5,7 @@
 #include <bundle_icp/io/atomic_file.h>
 
 #include <boost/filesystem.hpp>
+#include <opencv2/core/eigen.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <pcl/exceptions.h>
 
@@ -35,6 +36,20 @@ toText(const cv::Mat_<double>& matrix, const char* separator)
       text += toText(matrix(row, column), std::chars_format::general, 9) +
               (column + 1 < matrix.cols ? separator : "\n");
   return text;
+}
+
+cv::Mat_<double>
+matrixOf(const CameraIntrinsics& camera)
+{
+  return (cv::Mat_<double>(3, 3) << camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1);
+}
+
+cv::Mat_<double>
+matrixOf(const Pose& pose)
+{
+  cv::Mat_<double> matrix;
+  cv::eigen2cv(Eigen::Matrix4d(pose.matrix()), matrix);
+  return matrix;
 }
 
 void

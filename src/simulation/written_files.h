@@ -2,6 +2,9 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #pragma once
 
+#include <bundle_icp/common/camera_intrinsics.h>
+#include <bundle_icp/common/pose.h>
+
 #include <opencv2/core/mat.hpp>
 
 #include <charconv>
@@ -20,6 +23,14 @@ withZeros(std::size_t number, std::size_t digits);
 /** A row or a matrix of numbers, a line a row, with enough digits to read back a float. */
 std::string
 toText(const cv::Mat_<double>& matrix, const char* separator = " ");
+
+/** The matrix fx 0 cx, 0 fy cy, 0 0 1. */
+cv::Mat_<double>
+matrixOf(const CameraIntrinsics& camera);
+
+/** The matrix of 4x4. */
+cv::Mat_<double>
+matrixOf(const Pose& pose);
 
 /** \throws pcl::IOException naming the file when it cannot be written. */
 void

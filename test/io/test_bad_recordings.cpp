@@ -92,10 +92,12 @@ TEST_F(BadRecording, SizesThatDiffer)
 {
   for (int i = 0; i < 3; ++i)
     recordings::writeImage(place + "/depth/" + std::to_string(i) + ".png",
-                           recordings::depth(5000, {32, 24}));
+                           recordings::depth(5000, {32, 32}));
   const std::string message = openError(place);
-  EXPECT_CONTAINS(message, "depth/0.png: depth of 32x24");
+  EXPECT_CONTAINS(message, "depth/0.png: depth of 32x32");
   EXPECT_CONTAINS(message, "has 64x48");
+  EXPECT_CONTAINS(message, "--depth-intrinsics fx,fy,cx,cy");
+  EXPECT_CONTAINS(message, "--depth-to-color FILE");
 }
 
 TEST_F(BadRecording, ImagesNotOfTheSizeOfTheIntrinsics)

@@ -7,6 +7,7 @@
 #include "temporary_folder.h"
 
 #include <gtest/gtest.h>
+#include <pcl/exceptions.h>
 
 using namespace bundle_icp;
 
@@ -112,6 +113,74 @@ TEST_P(RecordingFormat, UsesEachOfItsFiles)
   writeSyntheticScan(scan(), folder.path(), options);
   for (const Finding& finding : openDataset(folder.path())->findings())
     EXPECT_NE(finding.kind, "unused_files") << finding.what;
+}
+
+TEST(RecordingFormats, DepthOfAnotherSizeIsThatOfAnyFormat)
+{
+  SyntheticScanOptions options;
+  options.num_frames = 2;
+  options.width = 128;
+  options.height = 96;
+  options.focal_length = 105;
+  options.depth_width = 64;
+  options.depth_height = 48;
+  const SyntheticScan same_view(options);
+  options.depth_focal_length = 45;
+  const SyntheticScan other_lens(options);
+  const auto read = [](const SyntheticScan& scan, const std::string& format) {
+    const TemporaryFolder folder;
+    SyntheticScanWriteOptions write;
+    write.format = format;
+    write.surface_spacing = 0;
+    writeSyntheticScan(scan, folder.path(), write);
+    return openDataset(folder.path())->read(1).depth;
+  };
+  const auto areEqual = [](const cv::Mat& a, const cv::Mat& b) {
+    return cv::countNonZero((a == a) != (b == b)) == 0 &&
+           cv::norm(a, b, cv::NORM_INF, a == a) < 1e-5;
+  };
+  const cv::Mat expected = read(same_view, "images"), expected_other = read(other_lens, "images");
+  EXPECT_EQ(expected.size(), cv::Size(128, 96));
+  EXPECT_GT(cv::countNonZero(expected > 0), 128 * 96 / 2);
+  for (const char* const format :
+       {"open3d", "stray-scanner", "polycam", "nerfstudio", "scannet", "sens"})
+    EXPECT_TRUE(areEqual(read(same_view, format), expected)) << format;
+  for (const char* const format : {"scannet", "sens"})
+    EXPECT_TRUE(areEqual(read(other_lens, format), expected_other)) << format;
+  for (const char* const format : {"open3d", "pcd"})
+    EXPECT_THROW(read(other_lens, format), pcl::BadArgumentException) << format;
+}
+
+TEST(RecordingFormats, ScanNetsOlderExportKeepsTheSizeOfColour)
+{
+  SyntheticScanOptions options;
+  options.num_frames = 2;
+  options.width = 128;
+  options.height = 96;
+  options.focal_length = 105;
+  options.depth_width = 64;
+  options.depth_height = 48;
+  options.depth_focal_length = 45;
+  const TemporaryFolder folder;
+  SyntheticScanWriteOptions write;
+  write.format = "scannet";
+  write.surface_spacing = 0;
+  writeSyntheticScan(SyntheticScan(options), folder.path("new"), write);
+  for (const std::string number : {"0", "1"})
+    for (const auto& [old, name] :
+         {std::pair<std::string, std::string>("color/" + number + ".jpg", ".color.jpg"),
+          {"depth/" + number + ".png", ".depth.png"}})
+      writeText(folder.path("old/frame-00000" + number + name),
+                readText(folder.path("new/" + old)));
+  writeText(folder.path("old/_info.txt"),
+            "m_versionNumber = 4\nm_sensorName = StructureSensor\nm_colorWidth = 128\n"
+            "m_colorHeight = 96\nm_depthWidth = 64\nm_depthHeight = 48\nm_depthShift = 1000\n"
+            "m_calibrationColorIntrinsic = 105 0 63.5 0 0 105 47.5 0 0 0 1 0 0 0 0 1\n"
+            "m_calibrationDepthIntrinsic = 45 0 31.5 0 0 45 23.5 0 0 0 1 0 0 0 0 1\n");
+  const cv::Mat depth = openDataset(folder.path("old"))->read(1).depth;
+  const cv::Mat expected = openDataset(folder.path("new"))->read(1).depth;
+  EXPECT_EQ(depth.size(), cv::Size(128, 96));
+  EXPECT_EQ(cv::norm(depth, expected, cv::NORM_INF, expected == expected), 0);
 }
 
 INSTANTIATE_TEST_SUITE_P(

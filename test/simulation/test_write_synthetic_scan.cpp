@@ -64,6 +64,59 @@ TEST(WriteSyntheticScan, IsReadBackAsATumRecording)
     ASSERT_LT(scan.distanceToSurface(point.getVector3fMap().cast<double>()), 1e-5);
 }
 
+TEST(WriteSyntheticScan, DepthOfAnotherCameraLiesOnTheSurface)
+{
+  SyntheticScanOptions options = smallScan();
+  options.num_frames = 2;
+  options.depth_width = 128;
+  options.depth_height = 96;
+  options.depth_focal_length = 110;
+  options.depth_offset = {0.03, -0.01, 0.005};
+  const SyntheticScan scan(options);
+  const DepthCamera depth_camera = *scan.depthCamera();
+  const cv::Mat depth = scan.readDepth(1);
+  ASSERT_EQ(depth.size(), cv::Size(128, 96));
+  EXPECT_LT(largestDistance(scan, depth, depth_camera.intrinsics,
+                            scan.worldFromCamera(1) * depth_camera.color_from_depth),
+            1e-5);
+  EXPECT_EQ(scan.read(1).depth.size(), scan.read(1).color.size());
+
+  const TemporaryFolder folder;
+  writeSyntheticScan(scan, folder.path("scan"), coarse());
+  const auto dataset = openDataset(folder.path("scan"));
+  const cv::Mat moved = dataset->read(1).depth;
+  std::size_t measured = 0, exact = 0;
+  for (int y = 0; y < moved.rows; ++y)
+    for (int x = 0; x < moved.cols; ++x) {
+      const double z = moved.at<float>(y, x);
+      const Eigen::Vector3d point = dataset->camera().unproject(x, y, z);
+      measured += !std::isnan(z);
+      exact += scan.distanceToSurface(scan.worldFromCamera(1) * point) < 0.002;
+    }
+  EXPECT_GT(measured, moved.total() * 8 / 10);
+  // Between depth pixels on either side of a fold the mesh cuts the corner.
+  EXPECT_GT(exact, measured * 95 / 100);
+}
+
+TEST(WriteSyntheticScan, DepthOfTheColourCameraIsThatOfTheFrame)
+{
+  SyntheticScanOptions options = smallScan();
+  options.num_frames = 2;
+  options.noise_factor = 1;
+  const SyntheticScan scan(options);
+  EXPECT_FALSE(scan.depthCamera());
+  EXPECT_TRUE(areSame(scan.readDepth(1), scan.read(1).depth));
+  options.depth_offset = {2, 0, 0};
+  EXPECT_FALSE(options.isValid());
+  options.depth_offset = {0.02, 0, 0};
+  EXPECT_TRUE(options.isValid());
+  options.gripper = true;
+  EXPECT_FALSE(options.isValid());
+  options.gripper = false;
+  options.depth_width = 8;
+  EXPECT_FALSE(options.isValid());
+}
+
 TEST(WriteSyntheticScan, DoesNotDependOnThreads)
 {
   SyntheticScanOptions options = smallScan();

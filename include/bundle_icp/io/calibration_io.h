@@ -3,6 +3,7 @@
 #pragma once
 
 #include <bundle_icp/common/calibration.h>
+#include <bundle_icp/common/pose.h>
 
 #include <string>
 
@@ -32,5 +33,14 @@ readCalibration(const std::string& path, const CameraIntrinsics& camera);
  *  missing or impossible. */
 BUNDLE_ICP_EXPORT DepthNoise
 readDepthNoise(const std::string& sensor);
+
+/** Reads the pose of the depth camera in the frame of the colour camera [m]:
+ *  x_color = T x_depth.
+ *  \param text `tx,ty,tz[,qx,qy,qz,qw]`, or a text file with these numbers or a matrix of 4x4 or
+ *  3x4, row by row
+ *  \throws pcl::IOException naming text or file and the reason: neither numbers nor a file, no
+ *  rotation, cameras more than 1 m apart. */
+BUNDLE_ICP_EXPORT Pose
+readDepthToColor(const std::string& text);
 
 } // namespace bundle_icp

@@ -19,7 +19,8 @@ namespace bundle_icp {
 /** Camera of depth images that have another size than the colour images, or are seen from another
  *  place. */
 struct BUNDLE_ICP_EXPORT DepthCamera {
-  /** Of the depth images as recorded; size 0 = that of the images. */
+  /** Of the depth images as recorded, distortion included; size 0 = that of the images, fx 0 =
+   *  unknown: depth images then show what the colour camera shows, in another size. */
   CameraIntrinsics intrinsics;
   /** Pose of the depth camera in the frame of the colour camera: x_color = T x_depth [m]. */
   Pose color_from_depth = Pose::Identity();
@@ -38,8 +39,9 @@ struct BUNDLE_ICP_EXPORT DatasetOptions {
   std::optional<double> field_of_view;
   /** What is known of the recording beforehand; becomes a part of RGBDDataset::findings(). */
   std::vector<Finding> findings;
-  /** Camera of depth that is not registered to colour; unset = the format's. Depth is then warped
-   *  into the colour camera. */
+  /** Camera of depth that is not registered to colour; unset = the format's. What it leaves at its
+   *  default is that of the format as well. Depth is then moved into the colour camera, at the size
+   *  of the colour images. */
   std::optional<DepthCamera> depth_camera;
   /** Noise of the depth images; unset = that of the intrinsics, which is the Kinect's by
    *  default. */
@@ -59,7 +61,8 @@ struct BUNDLE_ICP_EXPORT DatasetOptions {
   /** Largest time between the colour and the depth image of a frame [s] (TUM layout). */
   double max_time_difference = 0.02;
   /** True: the distortion is removed from depth as from colour. Right where the sensor's driver
-   *  registered depth to the distorted colour image. */
+   *  registered depth to the distorted colour image. Of a depth camera with intrinsics of its own
+   *  the distortion is always removed. */
   bool undistort_depth = true;
   /** True: pixels that are 0 in the images of a folder `mask/` or `masks/` have no depth. */
   bool use_masks = true;
@@ -155,11 +158,10 @@ public:
  *  counts:
  *  - TUM RGB-D: `rgb.txt`, `depth.txt`, optionally `groundtruth.txt`. Colour and depth are
  *    associated by time, greedily, closest first, as the benchmark's script does. A frame's id is
- *    the number of its line in `rgb.txt`. Intrinsics come from `intrinsics.txt` (a line `fx fy cx
- *    cy [k1 k2 p1 p2 k3]`, optionally a line `depth_scale UNITS_PER_METRE`); without the file, a
- *    folder name with freiburg1, freiburg2 or freiburg3 selects the benchmark's camera. One list
- *    `associations.txt` (`TIME IMAGE TIME IMAGE`) serves as well, for example of ICL-NUIM, whose
- *    camera has a negative fy: its true poses are mirrored to match the images.
+ *    the number of its line in `rgb.txt`. Without a calibration file, a folder name with
+ *    freiburg1, freiburg2 or freiburg3 selects the benchmark's camera. One list `associations.txt`
+ *    (`TIME IMAGE TIME IMAGE`) serves as well, for example of ICL-NUIM, whose camera has a negative
+ *    fy: its true poses are mirrored to match the images.
  *  - 7-Scenes and 3DMatch: `frame-000000.color.{png,jpg}`, `.depth.png`, `.pose.txt`. Intrinsics
  *    come from `camera-intrinsics.txt` in the folder or its parent, else 7-Scenes' own camera (585
  *    px) serves; colour is then warped into the depth camera, to which the poses belong. Poses that
@@ -172,16 +174,22 @@ public:
  *  - nerfstudio and Record3D: `transforms.json` with a depth_file_path for each frame. The path may
  *    be that of the file.
  *  - Open3D and Redwood: `color/` (`image/`, `rgb/`), `depth/`, paired by the numbers in their
- *    names, or by the text that differs; `intrinsic.json` (`camera_intrinsic.json`), column-major,
- *    as Open3D writes it.
+ *    names, or by the text that differs.
  *  - Images in one folder: `color0000.png`, `depth0000.png` and the like, told apart by the words
- *    in their names; intrinsics as for TUM RGB-D or Open3D.
+ *    in their names.
  *  - PCL: organized clouds `*.pcd` in the frame of the camera, one a frame. Intrinsics follow from
  *    the points.
  *  - ScanNet: one file `*.sens`. The path may be that of the file.
  *
- *  docs/recordings.md has the details. Depth images of floats hold metres in any format. Poses that
- *  a device or its software estimated are groundTruth() as well, and a note in findings() says so.
+ *  Where the format does not say them, intrinsics, and where the file says them the units of depth
+ *  and the camera of depth, come from a calibration file in the folder, whose forms
+ *  docs/recordings.md lists. Depth images of floats hold metres in any format. Poses that a device
+ *  or its software estimated are groundTruth() as well, and a note in findings() says so.
+ *
+ *  Depth images of another size than the colour images, but of the same aspect ratio, count as the
+ *  same view where no DepthCamera is known. Depth is moved into the colour images, whose size the
+ *  frames have: pixels between neighbouring depth pixels on one surface get the depth of that
+ *  surface, pixels that the depth camera did not see and those at depth edges get none.
  *
  *  Beside the images of any format may lie a folder `mask/` or `masks/` with one image a frame, of
  *  the size of the colour image: what is 0 in it is left out of features, poses and surface. A mask
@@ -193,9 +201,9 @@ public:
  *  is not measured. Without time stamps, frame n is taken at n / 30 s. Frames are read until one is
  *  good: a file that cannot be decoded does no harm here, but read() throws for its frame.
  *  \throws pcl::IOException naming folder or file and reason: folder missing or empty, format
- *  unknown (with what was looked for and a layout that would work), no overlap in time, sizes that
- *  differ, 8-bit depth, a colour image in place of depth, no readable frame, intrinsics unknown, a
- *  mask of another size.
+ *  unknown (with what was looked for and a layout that would work), no overlap in time, depth of
+ *  another aspect ratio whose camera is unknown, 8-bit depth, a colour image in place of depth, no
+ *  readable frame, intrinsics unknown, a mask of another size.
  *  \throws pcl::BadArgumentException for invalid options or impossible intrinsics. */
 BUNDLE_ICP_EXPORT RGBDDataset::Ptr
 openDataset(const std::string& path, const DatasetOptions& options = {});

@@ -12,6 +12,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 namespace bundle_icp {
@@ -28,6 +29,15 @@ struct BUNDLE_ICP_EXPORT SyntheticScanOptions {
   double start_time = 0;       ///< start of the scan on the path [s], 0 to 1e6: 67 = at the walls
   double movement = 1;         ///< share of the path's translation, 0 to 1: 0 = turning on the spot
   double texture = 1; ///< contrast of surfaces, 0 to 1; 0 = one colour on each side of an object
+
+  // A depth camera beside the colour camera; none when all are 0.
+  /** Images of the depth camera [px], 16 to 8192; 0 = those of colour. */
+  int depth_width = 0, depth_height = 0;
+  /** Focal length of the depth camera [px]; 0 = that which shows as much from left to right as the
+   *  colour camera. */
+  double depth_focal_length = 0;
+  /** Where the depth camera sits in the frame of the colour camera [m], within 1 m. */
+  Eigen::Vector3d depth_offset = Eigen::Vector3d::Zero();
 
   // What moves; true poses and surface are those of the room, but for the turntable.
   bool gripper = false; ///< a robot's gripper, fixed to the camera, in the lower third of the image
@@ -67,6 +77,11 @@ struct BUNDLE_ICP_EXPORT SyntheticScanOptions {
   CameraIntrinsics
   trueCamera() const;
 
+  /** The camera of depth, its axis in the middle of the image and parallel to that of colour; unset
+   *  when depth is registered. */
+  std::optional<DepthCamera>
+  depthCamera() const;
+
   /** Checks every field against its bounds. */
   bool
   isValid(std::string* error = nullptr) const;
@@ -105,6 +120,16 @@ public:
   format() const override;
   Trajectory
   groundTruth() const override;
+
+  /** Depth of frame `index` as the depth camera measures it, with its faults: CV_32FC1 [m], NaN
+   *  where nothing is measured, of the size of SyntheticScanOptions::depthCamera(). That of read()
+   *  when depth is registered; read() gives registered depth in any case. */
+  cv::Mat
+  readDepth(std::size_t index) const;
+
+  /** SyntheticScanOptions::depthCamera(); the focal_error is that of colour alone. */
+  std::optional<DepthCamera>
+  depthCamera() const;
 
   /** True pose of frame `index` when its colour was taken. */
   Pose
@@ -164,10 +189,11 @@ struct BUNDLE_ICP_EXPORT SyntheticScanWriteOptions {
 
 /** Writes the scan as a TUM RGB-D folder: `rgb/`, `depth/` (16 bit, 5000 units per metre),
  *  `rgb.txt`, `depth.txt`, `groundtruth.txt` at the stamps of colour, `intrinsics.txt` (`fx fy cx
- *  cy`, then `depth_scale 5000`), `surface.ply`, the visibleSurface(), and `mask/` where asked
- *  for. The lists are written last: a folder with lists is complete. Other formats hold what their
- *  recorders write, depth in millimetres; some of them have neither stamps nor poses, and some keep
- *  colour as JPEG.
+ *  cy`, then `depth_scale 5000`; where depth has a camera of its own also lines `depth_intrinsics`
+ *  and `depth_to_color`), `surface.ply`, the visibleSurface(), and `mask/` where asked for. The
+ *  lists are written last: a folder with lists is complete. Other formats hold what their recorders
+ *  write, depth in millimetres; some of them have neither stamps nor poses, and some keep colour as
+ *  JPEG. Not all can say that depth has a camera of its own.
  *
  *  \param[in] folder must be empty or not exist
  *  \throws pcl::IOException naming file and reason; existing files are not touched.

@@ -2,11 +2,13 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "io/recordings/calibration_files.h"
 
+#include "io/image_file.h"
+#include "io/pose_numbers.h"
+#include "io/recordings/calibration_json.h"
 #include "io/text_file.h"
 
 #include <boost/algorithm/string.hpp>
 #include <boost/filesystem.hpp>
-#include <nlohmann/json.hpp>
 #include <pcl/exceptions.h>
 
 #include <cmath>
@@ -17,8 +19,6 @@ namespace bundle_icp {
 namespace fs = boost::filesystem;
 
 namespace {
-
-using Json = nlohmann::json;
 
 /** Focal length and centre of a matrix of 3x3 or 4x4, row by row. */
 CameraIntrinsics
@@ -35,30 +35,57 @@ fromMatrix(const std::vector<double>& values, const std::string& path)
   return camera;
 }
 
-/** A line `fx fy cx cy [k1 k2 p1 p2 k3]` or three lines of a matrix, optionally one `depth_scale
- *  5000`. */
+CameraIntrinsics
+fromWords(const TextLine& line)
+{
+  std::string text;
+  for (const std::string& word : line.words)
+    text += word + " ";
+  return parseIntrinsics(text);
+}
+
+/** Takes a line that begins with the name of what it holds. */
+void
+readNamedLine(const std::string& name, const TextLine& line, const std::string& path,
+              Recording& recording)
+{
+  const std::vector<double> values = parseNumbers(line, path);
+  if (name == "depth_scale" && values.size() == 1 && values[0] > 0) {
+    recording.depth_scale = values[0];
+    recording.depth_scale_source = path;
+    return;
+  }
+  const std::string where = path + ":" + std::to_string(line.number);
+  if (name == "depth_scale")
+    throw pcl::IOException(where + ": expected depth_scale UNITS_PER_METRE");
+  if (!recording.depth_camera)
+    recording.depth_camera.emplace();
+  if (name == "depth_to_color")
+    recording.depth_camera->color_from_depth = depthToColor(values, where);
+  else if (values.size() == 4 || values.size() == 9)
+    recording.depth_camera->intrinsics = fromWords(line);
+  else
+    throw pcl::IOException(where + ": expected depth_intrinsics fx fy cx cy [k1 k2 p1 p2 k3]");
+}
+
+/** A line `fx fy cx cy [k1 k2 p1 p2 k3]` or three lines of a matrix, and lines `depth_scale`,
+ *  `depth_intrinsics` and `depth_to_color`. */
 void
 readText(const std::string& path, Recording& recording)
 {
   std::vector<double> matrix;
   for (TextLine line : readTextLines(path)) {
-    const bool is_scale = line.words[0] == "depth_scale";
-    if (is_scale)
+    const std::string name = line.words[0];
+    if (name == "depth_scale" || name == "depth_intrinsics" || name == "depth_to_color") {
       line.words.erase(line.words.begin());
+      readNamedLine(name, line, path, recording);
+      continue;
+    }
     const std::vector<double> values = parseNumbers(line, path);
-    if (is_scale && values.size() == 1 && values[0] > 0) {
-      recording.depth_scale = values[0];
-      recording.depth_scale_source = path;
-    }
-    else if (!is_scale && values.size() == 3 && matrix.size() < 9) {
+    if (values.size() == 3 && matrix.size() < 9)
       matrix.insert(matrix.end(), values.begin(), values.end());
-    }
-    else if (!is_scale && (values.size() == 4 || values.size() == 9)) {
-      std::string text;
-      for (const std::string& word : line.words)
-        text += word + " ";
-      recording.intrinsics = parseIntrinsics(text);
-    }
+    else if (values.size() == 4 || values.size() == 9)
+      recording.intrinsics = fromWords(line);
     else
       throw pcl::IOException(path + ":" + std::to_string(line.number) +
                              ": expected fx fy cx cy [k1 k2 p1 p2 k3] or depth_scale "
@@ -70,77 +97,31 @@ readText(const std::string& path, Recording& recording)
     throw pcl::IOException(path + ":1: expected fx fy cx cy [k1 k2 p1 p2 k3] or a matrix of 3x3");
 }
 
-/** Text in UTF-8 of bytes that may be UTF-16, as some recorders write. */
-std::string
-toUtf8(const std::string& bytes)
-{
-  const bool is_little = bytes.compare(0, 2, "\xff\xfe") == 0;
-  if (!is_little && bytes.compare(0, 2, "\xfe\xff") != 0)
-    return bytes;
-  std::string text; // a calibration is ASCII
-  for (std::size_t i = 2; i + 1 < bytes.size(); i += 2)
-    text += bytes[i + 1 - std::size_t(is_little)];
-  return text;
-}
-
-/** Intrinsics of `intrinsic_matrix`: 9 numbers column by column, as Open3D writes it, or 3 rows. */
-CameraIntrinsics
-fromJsonMatrix(const Json& json, const std::string& path)
-{
-  if (json.is_array() && json.size() == 3 && json[0].is_array()) {
-    std::vector<double> rows;
-    for (const auto& row : json.get<std::vector<std::vector<double>>>())
-      rows.insert(rows.end(), row.begin(), row.end());
-    return fromMatrix(rows, path);
-  }
-  const auto matrix = json.get<std::vector<double>>();
-  // A row-major matrix would silently lose its centre.
-  if (matrix.size() != 9 || matrix[2] != 0 || matrix[5] != 0)
-    throw pcl::IOException(path + ": intrinsic_matrix must be 9 numbers, column by column: " +
-                           "fx 0 0 0 fy 0 cx cy 1");
-  return fromMatrix({matrix[0], matrix[3], matrix[6], matrix[1], matrix[4], matrix[7], matrix[2],
-                     matrix[5], matrix[8]},
-                    path);
-}
-
-CameraIntrinsics
-fromJson(const Json& json, const std::string& path)
-{
-  if (json.contains("intrinsic") && json["intrinsic"].is_object())
-    return fromJson(json["intrinsic"], path);
-  CameraIntrinsics camera;
-  if (!json.contains("intrinsic_matrix") && json.contains("fx")) {
-    camera.fx = json.at("fx");
-    camera.fy = json.at("fy");
-    camera.cx = json.contains("ppx") ? json["ppx"] : json.at("cx");
-    camera.cy = json.contains("ppy") ? json["ppy"] : json.at("cy");
-    const auto distortion = json.value("coeffs", std::vector<double>());
-    const std::string model = json.value("model", "");
-    if (std::any_of(distortion.begin(), distortion.end(), [](double x) { return x != 0; }))
-      throw pcl::IOException(path + ": the distortion (model '" + model +
-                             "') cannot be told apart from its inverse; give it with --intrinsics");
-  }
-  else
-    camera = fromJsonMatrix(json.at("intrinsic_matrix"), path);
-  camera.width = json.value("width", 0);
-  camera.height = json.value("height", 0);
-  return camera;
-}
-
+/** Reads a file by its extension. */
 void
-readJson(const std::string& path, Recording& recording)
+readFile(const std::string& path, Recording& recording)
 {
-  try {
-    const Json json = Json::parse(toUtf8(readBytes(path)));
-    recording.intrinsics = fromJson(json, path);
-    if (json.contains("depth_scale")) {
-      recording.depth_scale = json["depth_scale"];
-      recording.depth_scale_source = path;
+  const fs::path extension = fs::path(path).extension();
+  if (extension == ".json")
+    readJsonCalibration(path, recording);
+  else if (extension == ".txt")
+    readText(path, recording);
+  else
+    readYamlCalibration(path, recording);
+}
+
+/** Width of the first colour image that can be read; 0 when there is none. */
+int
+colorWidth(const Recording& recording)
+{
+  for (const RecordedFrame& frame : recording.frames)
+    try {
+      return readColorImage(frame.color_file).cols;
     }
-  }
-  catch (const Json::exception& error) {
-    throw pcl::IOException(path + ": is not a calibration of a known form: " + error.what());
-  }
+    catch (const pcl::IOException&) {
+      // The next one may be readable.
+    }
+  return 0;
 }
 
 } // namespace
@@ -148,14 +129,38 @@ readJson(const std::string& path, Recording& recording)
 bool
 readCalibrationFile(const std::string& folder, Recording& recording)
 {
-  for (const char* const name :
-       {"intrinsics.txt", "intrinsic.json", "camera_intrinsic.json", "intrinsics.json",
-        "camera_intrinsics.json", "camera.json", "camera-intrinsics.txt", "intrinsic.txt"}) {
+  for (const char* const name : {"intrinsics.txt",
+                                 "intrinsic.json",
+                                 "camera_intrinsic.json",
+                                 "intrinsics.json",
+                                 "camera_intrinsics.json",
+                                 "camera.json",
+                                 "camera-intrinsics.txt",
+                                 "intrinsic.txt",
+                                 "camera_info.yaml",
+                                 "camera_info.yml",
+                                 "ost.yaml",
+                                 "camera.yaml",
+                                 "camera.yml",
+                                 "intrinsics.yaml",
+                                 "intrinsics.yml",
+                                 "calibration.yaml",
+                                 "calibration.yml",
+                                 "camera.xml",
+                                 "intrinsics.xml",
+                                 "calibration.xml"}) {
     const std::string path = (fs::path(folder) / name).string();
     if (!fs::exists(path))
       continue;
     recording.intrinsics_source = path;
-    fs::path(path).extension() == ".json" ? readJson(path, recording) : readText(path, recording);
+    try {
+      Recording known = recording; // all of a file counts, or nothing
+      readFile(path, known);
+      recording = std::move(known);
+    }
+    catch (const pcl::IOException& error) {
+      recording.calibration_fault = messageOf(error); // does no harm where the options have all
+    }
     return true;
   }
   return readSensorInfo(folder, recording);
@@ -181,12 +186,19 @@ readSensorInfo(const std::string& folder, Recording& recording)
   const auto number = [&](const std::string& name) {
     return values[name].size() == 1 ? values[name][0] : 0;
   };
-  // Frames have one size: where the recorder's differ, colour was brought to that of depth.
+  const auto camera = [&](const std::string& kind, const std::string& size) {
+    CameraIntrinsics result = fromMatrix(values["m_calibration" + kind + "Intrinsic"], path);
+    result.width = int(number("m_" + size + "Width"));
+    result.height = int(number("m_" + size + "Height"));
+    return result;
+  };
+  // Where the recorder's sizes differ, colour may have been brought to that of depth.
   const bool is_equal = number("m_colorWidth") == number("m_depthWidth");
-  const std::string kind = is_equal ? "Color" : "Depth", size = is_equal ? "color" : "depth";
-  recording.intrinsics = fromMatrix(values["m_calibration" + kind + "Intrinsic"], path);
-  recording.intrinsics->width = int(number("m_" + size + "Width"));
-  recording.intrinsics->height = int(number("m_" + size + "Height"));
+  const bool is_original = !is_equal && colorWidth(recording) == number("m_colorWidth");
+  recording.intrinsics =
+      is_equal || is_original ? camera("Color", "color") : camera("Depth", "depth");
+  if (is_original)
+    recording.depth_camera = DepthCamera{camera("Depth", "depth"), Pose::Identity()};
   recording.intrinsics_source = path;
   if (number("m_depthShift") > 0) {
     recording.depth_scale = number("m_depthShift");

@@ -54,6 +54,8 @@ struct Recording {
       mask_rule; ///< where masks come from, for messages; empty = there is no folder of them
   std::vector<SkippedFile> skipped;
   std::vector<Finding> findings;
+  /** What is wrong with the calibration file, which is then not used; empty = nothing. */
+  std::string calibration_fault;
 };
 
 /** A way to lay out a recording. */

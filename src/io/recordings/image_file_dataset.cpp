@@ -3,8 +3,10 @@
 #include "common/left_out.h"
 #include "io/image_file.h"
 #include "io/recordings/calibration_files.h"
+#include "io/recordings/depth_registration.h"
 #include "io/recordings/float_depth.h"
 #include "io/recordings/masks.h"
+#include "io/recordings/recorded_cameras.h"
 #include "io/recordings/repeated_frames.h"
 #include "io/recordings/seven_scenes_warp.h"
 #include "io/recordings/unused_files.h"
@@ -20,35 +22,6 @@
 namespace bundle_icp {
 
 namespace {
-
-std::string
-toString(const cv::Size& size)
-{
-  return std::to_string(size.width) + "x" + std::to_string(size.height);
-}
-
-ImagePair
-readImages(const Recording& recording, const RecordedFrame& frame)
-{
-  const ImagePair images = recording.reader ? recording.reader->read(frame)
-                                            : ImagePair{readColorImage(frame.color_file),
-                                                        readDepthImage(frame.depth_file)};
-  if (images.color.size() != images.depth.size())
-    throw UnsuitableImage(frame.depth_file + ": depth of " + toString(images.depth.size()) +
-                          " where the colour image " + frame.color_file + " has " +
-                          toString(images.color.size()) + "; sizes must be equal");
-  return images;
-}
-
-void
-checkSize(const RecordedFrame& frame, const cv::Size& size, const CameraIntrinsics& camera,
-          const std::string& source)
-{
-  if (size != cv::Size(camera.width, camera.height))
-    throw UnsuitableImage(frame.color_file + ": image of " + toString(size) +
-                          ", but the intrinsics (from " + source + ") are for " +
-                          toString({camera.width, camera.height}));
-}
 
 // Stride and number of frames that the options ask for.
 void
@@ -73,16 +46,19 @@ shuffle(std::vector<RecordedFrame>& frames, std::uint64_t seed)
 
 class ImageFileDataset : public RGBDDataset {
 public:
-  ImageFileDataset(Recording recording, const CameraIntrinsics& recorded_camera,
+  ImageFileDataset(Recording recording, const RecordedCameras& recorded,
                    const DatasetOptions& options)
-  : recording_(std::move(recording)), recorded_camera_(recorded_camera),
-    camera_(recorded_camera.undistorted()), undistort_depth_(options.undistort_depth),
-    warps_color_(recording_.is_seven_scenes && isSevenScenesDepthCamera(recorded_camera))
+  : recording_(std::move(recording)), recorded_(recorded), camera_(recorded.color.undistorted()),
+    undistort_depth_(options.undistort_depth && !recorded.depth),
+    warps_color_(recording_.is_seven_scenes && !recorded.depth &&
+                 isSevenScenesDepthCamera(recorded.color))
   {
     if (options.shuffle_seed)
       shuffle(recording_.frames, *options.shuffle_seed);
-    if (recorded_camera.hasDistortion())
+    if (recorded.color.hasDistortion())
       makeUndistortionMaps();
+    if (recorded.depth)
+      depth_registration_.emplace(*recorded.depth, camera_);
   }
 
   std::size_t
@@ -159,15 +135,17 @@ private:
   makeUndistortionMaps();
 
   Recording recording_;
-  CameraIntrinsics recorded_camera_, camera_;
+  RecordedCameras recorded_;
+  CameraIntrinsics camera_;
   bool undistort_depth_, warps_color_;
-  cv::Mat map_, map_fraction_; // fixed-point; empty without distortion
+  std::optional<DepthRegistration> depth_registration_; // unset where depth is registered
+  cv::Mat map_, map_fraction_;                          // fixed-point; empty without distortion
 };
 
 void
 ImageFileDataset::makeUndistortionMaps()
 {
-  const CameraIntrinsics& c = recorded_camera_;
+  const CameraIntrinsics& c = recorded_.color;
   const cv::Matx33d matrix(c.fx, 0, c.cx, 0, c.fy, c.cy, 0, 0, 1);
   const cv::Matx<double, 1, 5> distortion(c.k1, c.k2, c.p1, c.p2, c.k3);
   cv::initUndistortRectifyMap(matrix, distortion, cv::Matx33d::eye(), matrix, {c.width, c.height},
@@ -190,8 +168,9 @@ RGBDFrame
 ImageFileDataset::read(std::size_t index) const
 {
   const RecordedFrame& recorded = recording_.frames.at(index);
-  auto [color, depth] = readImages(recording_, recorded);
-  checkSize(recorded, color.size(), camera_, recording_.intrinsics_source);
+  const ImagePair images = readImages(recording_, recorded);
+  checkSizes(recorded, images, recorded_, recording_.intrinsics_source);
+  cv::Mat color = images.color, depth = images.depth;
   cv::Mat left_out = readLeftOut(recorded, color.size());
   if (warps_color_) {
     color = warpSevenScenesColor(color, depth);
@@ -221,88 +200,56 @@ ImageFileDataset::read(std::size_t index) const
   frame.timestamp = recorded.timestamp;
   frame.color = color;
   frame.depth = depthInMetres(depth, recording_.depth_scale);
+  if (depth_registration_)
+    frame.depth = depth_registration_->toColor(frame.depth);
   if (!left_out.empty())
     leaveOut(left_out, frame.depth);
   return frame;
 }
 
-// The camera of the recorded images, its size taken from them where the source has
-// none; that of a field of view where one is given.
-CameraIntrinsics
-recordedCamera(const Recording& recording, const std::string& folder, const cv::Size& size,
-               double field_of_view)
-{
-  CameraIntrinsics camera = recording.intrinsics.value_or(CameraIntrinsics());
-  if (field_of_view > 0) {
-    camera.cx = 0.5 * (size.width - 1);
-    camera.cy = 0.5 * (size.height - 1);
-    camera.fx = camera.fy = 0.5 * size.width / std::tan(0.5 * field_of_view);
-  }
-  if (camera.width == 0 && camera.height == 0) {
-    camera.width = size.width;
-    camera.height = size.height;
-  }
-  std::string error;
-  if (!camera.isValid(&error))
-    throw pcl::BadArgumentException(folder + ": " + error + " (from " +
-                                    recording.intrinsics_source + ")");
-  return camera;
-}
-
-// Reads frames until one is good, so that a fault of the whole recording is found now,
-// while a few bad files at its beginning do no harm.
-CameraIntrinsics
-probeCamera(const Recording& recording, const std::string& folder, double field_of_view)
-{
-  const std::size_t most_unsuitable = 10;
-  std::size_t num_unsuitable = 0;
-  std::optional<pcl::IOException> first_error;
-  for (const RecordedFrame& frame : recording.frames) {
-    try {
-      const cv::Size size = readImages(recording, frame).color.size();
-      const CameraIntrinsics camera = recordedCamera(recording, folder, size, field_of_view);
-      checkSize(frame, size, camera, recording.intrinsics_source);
-      return camera;
-    }
-    catch (const UnsuitableImage& error) {
-      if (!first_error)
-        first_error = error;
-      if (++num_unsuitable == most_unsuitable)
-        break;
-    }
-    catch (const pcl::IOException& error) {
-      if (!first_error)
-        first_error = error;
-    }
-  }
-  throw *first_error;
-}
-
 // What was assumed about the images, and where that comes from.
 void
-sayAssumptions(const CameraIntrinsics& camera, const DatasetOptions& options, Recording& recording)
+sayAssumptions(const RecordedCameras& cameras, const DatasetOptions& options, Recording& recording)
 {
-  const auto px = [](double value) { return shortText(value, 6); };
-  const std::vector<Finding> notes = {
+  const double units = recording.depth_scale * options.depth_factor;
+  std::vector<Finding> notes = {
       {Severity::NOTE, "format", "the recording is read as " + recording.format, {}, ""},
       {Severity::NOTE,
        "units",
-       "depth has " + px(recording.depth_scale * options.depth_factor) + " units per metre, from " +
+       "depth has " + shortText(units, 6) + " units per metre, from " +
            recording.depth_scale_source,
-       {{"units_per_metre", recording.depth_scale * options.depth_factor}},
-       ""},
-      {Severity::NOTE,
-       "intrinsics",
-       "the camera has fx " + px(camera.fx) + ", fy " + px(camera.fy) + ", centre " +
-           px(camera.cx) + ", " + px(camera.cy) + " px in images of " +
-           toString({camera.width, camera.height}) +
-           (camera.hasDistortion() ? ", with distortion" : "") + ", from " +
-           recording.intrinsics_source,
-       {{"fx_px", camera.fx}, {"fy_px", camera.fy}, {"cx_px", camera.cx}, {"cy_px", camera.cy}},
+       {{"units_per_metre", units}},
        ""}};
-  recording.findings.insert(recording.findings.begin(), options.findings.begin(),
-                            options.findings.end());
+  for (const std::vector<Finding>& more : {describeCameras(cameras, recording), options.findings})
+    notes.insert(notes.end(), more.begin(), more.end());
   recording.findings.insert(recording.findings.begin(), notes.begin(), notes.end());
+}
+
+// A calibration file that cannot be read does no harm where the options say what the camera is.
+void
+leaveOutCalibration(const DatasetOptions& options, Recording& recording)
+{
+  if (!options.intrinsics && !options.field_of_view)
+    throw pcl::IOException(recording.calibration_fault);
+  recording.findings.push_back({Severity::WARNING,
+                                "intrinsics",
+                                "the calibration file is not used, its units and its camera of "
+                                "depth neither: " +
+                                    recording.calibration_fault,
+                                {},
+                                "give with --depth-scale and --depth-intrinsics what differs"});
+}
+
+// What is at its default is not said.
+void
+takeDepthCamera(const DepthCamera& said, Recording& recording)
+{
+  if (!recording.depth_camera)
+    recording.depth_camera.emplace();
+  if (said.intrinsics.fx != 0)
+    recording.depth_camera->intrinsics = said.intrinsics;
+  if (!said.color_from_depth.matrix().isIdentity(0))
+    recording.depth_camera->color_from_depth = said.color_from_depth;
 }
 
 void
@@ -323,6 +270,8 @@ refuseWithoutIntrinsics(const Recording& recording, const std::string& folder)
 RGBDDataset::Ptr
 makeImageFileDataset(Recording recording, const std::string& folder, const DatasetOptions& options)
 {
+  if (!recording.calibration_fault.empty())
+    leaveOutCalibration(options, recording);
   if (options.intrinsics) {
     recording.intrinsics = options.intrinsics;
     recording.intrinsics_source = options.intrinsics_source;
@@ -342,17 +291,18 @@ makeImageFileDataset(Recording recording, const std::string& folder, const Datas
     refuseWithoutIntrinsics(recording, folder);
   if (options.depth_noise)
     recording.intrinsics->depth_noise = *options.depth_noise;
-  const double field_of_view = options.intrinsics ? 0 : options.field_of_view.value_or(0);
-  const CameraIntrinsics camera = probeCamera(recording, folder, field_of_view);
-  sayAssumptions(camera, options, recording);
+  if (options.depth_camera)
+    takeDepthCamera(*options.depth_camera, recording);
+  const RecordedCameras cameras = findCameras(recording, folder, options);
+  sayAssumptions(cameras, options, recording);
   if (options.use_masks)
     pairMasks(folder, options.max_time_difference, recording);
   const std::vector<Finding> unused = unusedFiles(recording, folder);
   recording.findings.insert(recording.findings.end(), unused.begin(), unused.end());
   select(recording.frames, options);
   leaveOutRepeatedFrames(recording);
-  sayMasks({camera.width, camera.height}, recording);
-  return std::make_shared<ImageFileDataset>(std::move(recording), camera, options);
+  sayMasks({cameras.color.width, cameras.color.height}, recording);
+  return std::make_shared<ImageFileDataset>(std::move(recording), cameras, options);
 }
 
 } // namespace bundle_icp
