@@ -2,7 +2,6 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "io/recordings/calibration_files.h"
 
-#include "io/image_file.h"
 #include "io/pose_numbers.h"
 #include "io/recordings/calibration_json.h"
 #include "io/text_file.h"
@@ -110,20 +109,6 @@ readFile(const std::string& path, Recording& recording)
     readYamlCalibration(path, recording);
 }
 
-/** Width of the first colour image that can be read; 0 when there is none. */
-int
-colorWidth(const Recording& recording)
-{
-  for (const RecordedFrame& frame : recording.frames)
-    try {
-      return readColorImage(frame.color_file).cols;
-    }
-    catch (const pcl::IOException&) {
-      // The next one may be readable.
-    }
-  return 0;
-}
-
 } // namespace
 
 bool
@@ -192,13 +177,14 @@ readSensorInfo(const std::string& folder, Recording& recording)
     result.height = int(number("m_" + size + "Height"));
     return result;
   };
-  // Where the recorder's sizes differ, colour may have been brought to that of depth.
   const bool is_equal = number("m_colorWidth") == number("m_depthWidth");
-  const bool is_original = !is_equal && colorWidth(recording) == number("m_colorWidth");
+  const bool has_color = values.count("m_calibrationColorIntrinsic") > 0;
   recording.intrinsics =
-      is_equal || is_original ? camera("Color", "color") : camera("Depth", "depth");
-  if (is_original)
-    recording.depth_camera = DepthCamera{camera("Depth", "depth"), Pose::Identity()};
+      is_equal || has_color ? camera("Color", "color") : camera("Depth", "depth");
+  if (!is_equal && has_color) { // the poses of both are those of one place
+    recording.depth_camera.emplace();
+    recording.depth_camera->intrinsics = camera("Depth", "depth");
+  }
   recording.intrinsics_source = path;
   if (number("m_depthShift") > 0) {
     recording.depth_scale = number("m_depthShift");
