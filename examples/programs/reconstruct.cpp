@@ -179,8 +179,10 @@ printHelp(const po::options_description& visible)
          "TUM format, metres), OUT/sparse.ply (points), OUT/mesh.ply (coloured surface),\n"
          "OUT/report.json (outcome of each frame), OUT/calibration.json (corrections to the\n"
          "camera) and the pictures OUT/mesh.png and OUT/trajectory.png.\n"
-         "SCAN is a folder in the layout of TUM RGB-D, 7-Scenes or 3DMatch, or Open3D. The world\n"
-         "frame is the camera frame of the earliest registered frame: x right, y down, z forward.\n"
+         "SCAN is a recording in one of the formats of docs/recordings.md: TUM RGB-D, 7-Scenes,\n"
+         "ScanNet, Open3D, Stray Scanner, Polycam, nerfstudio, PCL clouds, or folders of images.\n"
+         "The world frame is the camera frame of the earliest registered frame: x right, y down,\n"
+         "z forward.\n"
          "Exit codes: 0 = done, verdict good or usable; 1 = failed; 2 = wrong usage; 3 = done and\n"
          "written, but the verdict is doubtful: the last lines say why and what to do.\n"
       << visible;

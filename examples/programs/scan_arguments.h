@@ -36,8 +36,8 @@ describeRecording(DatasetOptions& dataset)
       "where the depth camera is in the frame of the colour camera [m]: a text file with a matrix "
       "of 4x4, or numbers; default: that of the recording, or the same place");
   add("depth-scale", po::value<double>()->value_name("UNITS"),
-      "units of the depth images per metre; default: that of the format (TUM 5000, 7-Scenes and "
-      "Open3D 1000)");
+      "units of the depth images per metre; default: that of the format (TUM 5000, most "
+      "others 1000)");
   add("max-time-difference",
       po::value(&dataset.max_time_difference)->value_name("S")->default_value(0.02, "0.02"),
       "largest time between the colour and the depth image of a frame [s], where images are paired "

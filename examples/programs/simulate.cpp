@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 //
-// Writes a synthetic hand-held scan in TUM format, with exact poses and surface.
+// Writes a synthetic hand-held scan, with exact poses and surface.
 #include "program.h"
 
 #include <bundle_icp/simulation/synthetic_scan.h>
@@ -53,6 +53,8 @@ describeScan(Arguments& arguments)
   auto add = options.add_options();
   add("help,h", "print this text");
   add("version", "print the version");
+  add("format", valueOf(arguments.write.format, "NAME"),
+      ("format of the recording: " + syntheticScanFormats()).c_str());
   add("frames", valueOf(scan.num_frames, "N"), "number of frames");
   add("rate", valueOf(scan.frame_rate, "HZ"),
       "frames per second on the path; a longer scan goes on through the room");
@@ -167,8 +169,8 @@ parse(int argc, char** argv)
   if (values.count("help")) {
     std::cout << "Usage: bundle_icp_simulate OUT [options]\n\n"
                  "Writes a synthetic hand-held RGB-D scan of a room to the new or empty folder\n"
-                 "OUT: a recording in TUM format with exact poses (groundtruth.txt) and points\n"
-                 "of the true surface (surface.ply).\n"
+                 "OUT: a recording in TUM format (or that of --format) with exact poses\n"
+                 "(groundtruth.txt) and points of the true surface (surface.ply).\n"
               << visible;
     return std::nullopt;
   }

@@ -6,6 +6,8 @@
 
 #include <opencv2/imgcodecs.hpp>
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 #include <string_view>
 
@@ -73,10 +75,17 @@ claimedPixels(std::string_view bytes)
   return 0;
 }
 
-cv::Mat
-readImage(const std::string& path, int flags)
+// OpenCV reads OpenEXR only where its environment says so, once for the process.
+void
+enableOpenExr()
 {
-  const std::string bytes = readBytes(path, LARGEST_IMAGE);
+  static const int done = setenv("OPENCV_IO_ENABLE_OPENEXR", "1", 0);
+  static_cast<void>(done);
+}
+
+cv::Mat
+decodeImage(std::string_view bytes, const std::string& path, int flags)
+{
   if (bytes.empty())
     throw pcl::IOException(path + ": the file is empty");
   if (isTruncated(bytes))
@@ -85,6 +94,8 @@ readImage(const std::string& path, int flags)
   if (const std::size_t pixels = claimedPixels(bytes); pixels > MOST_PIXELS)
     throw pcl::IOException(path + ": its header claims " + std::to_string(pixels / 1000000) +
                            " million pixels");
+  if (startsWith(bytes, "\x76\x2f\x31\x01"))
+    enableOpenExr();
   cv::Mat image;
   try {
     const cv::Mat buffer(1, int(bytes.size()), CV_8UC1, const_cast<char*>(bytes.data()));
@@ -98,13 +109,25 @@ readImage(const std::string& path, int flags)
   return image;
 }
 
+cv::Mat
+readImage(const std::string& path, int flags)
+{
+  return decodeImage(readBytes(path, LARGEST_IMAGE), path, flags);
+}
+
 } // namespace
 
 cv::Mat
 readColorImage(const std::string& path)
 {
-  cv::Mat image =
-      readImage(path, cv::IMREAD_COLOR | cv::IMREAD_ANYDEPTH | cv::IMREAD_IGNORE_ORIENTATION);
+  return decodeColorImage(readBytes(path, LARGEST_IMAGE), path);
+}
+
+cv::Mat
+decodeColorImage(std::string_view bytes, const std::string& path)
+{
+  cv::Mat image = decodeImage(
+      bytes, path, cv::IMREAD_COLOR | cv::IMREAD_ANYDEPTH | cv::IMREAD_IGNORE_ORIENTATION);
   if (image.type() != CV_8UC3)
     throw UnsuitableImage(path + ": more than 8 bits a channel where a colour image is expected" +
                           " (is it a depth image?)");
@@ -120,8 +143,8 @@ readDepthImage(const std::string& path)
                           std::to_string(image.channels()) + " channels)");
   if (image.depth() == CV_8U)
     throw UnsuitableImage(path + ": 8-bit depth; depth must have 16 bits");
-  if (image.depth() != CV_16U)
-    throw UnsuitableImage(path + ": depth must be 16-bit unsigned integers");
+  if (image.depth() != CV_16U && image.depth() != CV_32F)
+    throw UnsuitableImage(path + ": depth must be 16-bit unsigned integers, or floats in metres");
   return image;
 }
 
@@ -137,6 +160,11 @@ depthInMetres(const cv::Mat& depth, double units_per_metre)
   const float scale = float(units_per_metre);
   const float nan = std::numeric_limits<float>::quiet_NaN();
   cv::Mat metres(depth.size(), CV_32FC1);
+  if (depth.type() == CV_32FC1) {
+    std::transform(depth.begin<float>(), depth.end<float>(), metres.begin<float>(),
+                   [&](float z) { return z > 0 && std::isfinite(z) ? z / scale : nan; });
+    return metres;
+  }
   for (int y = 0; y < depth.rows; ++y) {
     const std::uint16_t* const in = depth.ptr<std::uint16_t>(y);
     float* const out = metres.ptr<float>(y);

@@ -5,6 +5,7 @@
 #include <opencv2/core/mat.hpp>
 #include <pcl/exceptions.h>
 #include <string>
+#include <string_view>
 
 namespace bundle_icp {
 
@@ -20,7 +21,12 @@ public:
 cv::Mat
 readColorImage(const std::string& path);
 
-/** Reads a depth image: CV_16UC1, as stored.
+/** The same from the bytes of a file.
+ *  \param path names the image in messages */
+cv::Mat
+decodeColorImage(std::string_view bytes, const std::string& path);
+
+/** Reads a depth image: CV_16UC1, or CV_32FC1 [m], as stored.
  *  \throws pcl::IOException as readColorImage(); UnsuitableImage for 8 bits or a colour
  * image. */
 cv::Mat
@@ -31,8 +37,8 @@ readDepthImage(const std::string& path);
 cv::Mat
 readAnyImage(const std::string& path);
 
-/** Metres from the units of a depth image: CV_32FC1, NaN where there is no measurement,
- * which sensors write as 0 or as the largest number. */
+/** Metres from the units of a depth image, of 16 bits or of floats: CV_32FC1, NaN where there is no
+ * measurement, which sensors write as 0, as the largest number of 16 bits, or as NaN. */
 cv::Mat
 depthInMetres(const cv::Mat& depth, double units_per_metre);
 

@@ -7,7 +7,9 @@
 #include <boost/filesystem.hpp>
 #include <pcl/exceptions.h>
 
+#include <algorithm>
 #include <cmath>
+#include <map>
 
 namespace bundle_icp {
 
@@ -15,29 +17,91 @@ namespace fs = boost::filesystem;
 
 namespace {
 
-Recording
-readFolder(const std::string& path, const DatasetOptions& options)
+/** The folder of a recording that may be one file. */
+std::string
+folderOf(const std::string& path)
 {
-  if (isTumFolder(path))
-    return readTumFolder(path, options);
-  if (isSevenScenesFolder(path))
-    return readSevenScenesFolder(path);
-  if (isOpen3dFolder(path))
-    return readOpen3dFolder(path, options);
-  throw pcl::IOException(
-      path + ": unknown format; expected TUM RGB-D (rgb.txt and depth.txt), 7-Scenes " +
-      "(frame-000000.color.png, ...) or Open3D (color/, depth/, intrinsic.json)");
+  if (fs::is_directory(path))
+    return path;
+  const fs::path parent = fs::path(path).parent_path();
+  return parent.empty() ? "." : parent.string();
+}
+
+/** What would have been read, and a layout that any recording can be brought to. */
+std::string
+howToLayOut(const std::string& folder)
+{
+  std::string text = "Looked for:\n";
+  for (const RecordingFormat& format : recordingFormats())
+    text += std::string("  ") + format.name + ": " + format.files + "\n";
+  return text + "Any recording can be read in this layout:\n  " + folder +
+         "/color/000000.png, 000001.png, ...\n  " + folder +
+         "/depth/000000.png, 000001.png, ... (16 bit, millimetres)\n  " + folder +
+         "/intrinsics.txt with the line: fx fy cx cy\n  bundle_icp_reconstruct " + folder +
+         " -o result";
+}
+
+const RecordingFormat*
+findFormat(const std::string& path)
+{
+  const bool is_folder = fs::is_directory(path);
+  for (const RecordingFormat& format : recordingFormats())
+    if ((is_folder || format.is_one_file) && format.fits(path))
+      return &format;
+  return nullptr;
+}
+
+/** Folders within that hold a recording; for messages. */
+std::string
+recordingsWithin(const std::string& folder)
+{
+  std::vector<std::string> found;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder))
+    if (fs::is_directory(entry.status()))
+      if (const RecordingFormat* const format = findFormat(entry.path().string()))
+        found.push_back(entry.path().string() + " (" + format->name + ")");
+  std::sort(found.begin(), found.end());
+  return found.empty() ? "" : ", but its folder " + found.front() + " may be a recording";
+}
+
+/** What to do with recordings that only their own software reads; for messages. */
+std::string
+recordingsOfOtherKinds(const std::string& folder)
+{
+  static const std::map<std::string, std::string> kinds = {
+      {".bag", "a ROS or RealSense bag"}, {".db3", "a ROS 2 bag"},
+      {".mcap", "a ROS 2 bag"},           {".mkv", "an Azure Kinect recording"},
+      {".oni", "an OpenNI recording"},    {".klg", "a Kintinuous log"},
+      {".r3d", "a Record3D recording"},   {".svo", "a ZED recording"},
+  };
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder))
+    if (const auto kind = kinds.find(entry.path().extension().string()); kind != kinds.end())
+      return "; " + entry.path().string() + " is " + kind->second +
+             ", whose images must be exported before";
+  return {};
+}
+
+Recording
+readRecording(const std::string& path, const DatasetOptions& options)
+{
+  if (const RecordingFormat* const format = findFormat(path))
+    return format->read(path, options);
+  if (!fs::is_directory(path))
+    throw pcl::IOException(path + ": is not a folder, and no recording in one file. " +
+                           howToLayOut(folderOf(path)));
+  throw pcl::IOException(path + ": unknown format" + recordingsWithin(path) +
+                         recordingsOfOtherKinds(path) + ". " + howToLayOut(path));
 }
 
 void
-checkFolder(const std::string& path)
+checkPath(const std::string& path)
 {
   boost::system::error_code code;
   const fs::file_status status = fs::status(path, code);
   if (!fs::exists(status))
     throw pcl::IOException(path + ": no such folder");
   if (!fs::is_directory(status))
-    throw pcl::IOException(path + ": is not a folder");
+    return;
   const bool is_empty = fs::is_empty(path, code);
   if (code)
     throw pcl::IOException(path + ": cannot be read: " + code.message());
@@ -46,6 +110,33 @@ checkFolder(const std::string& path)
 }
 
 } // namespace
+
+const std::vector<RecordingFormat>&
+recordingFormats()
+{
+  // The most specific come first.
+  static const std::vector<RecordingFormat> formats = {
+      {"TUM RGB-D", "rgb.txt and depth.txt, or associations.txt", false, isTumFolder,
+       readTumFolder},
+      {"7-Scenes, 3DMatch", "frame-000000.color.png (or .jpg), frame-000000.depth.png", false,
+       isSevenScenesFolder, readSevenScenesFolder},
+      {"Stray Scanner", "rgb/, depth/, camera_matrix.csv, odometry.csv", false,
+       isStrayScannerFolder, readStrayScannerFolder},
+      {"Polycam's raw data", "keyframes/ with images/, depth/ and cameras/", false, isPolycamFolder,
+       readPolycamFolder},
+      {"ScanNet, exported", "color/, depth/, pose/, intrinsic/intrinsic_color.txt", false,
+       isScanNetFolder, readScanNetFolder},
+      {"nerfstudio, Record3D", "transforms.json with a depth_file_path for each frame", true,
+       isNerfstudio, readNerfstudio},
+      {"Open3D, Redwood", "color/ (image/, rgb/), depth/, intrinsic.json", false, isOpen3dFolder,
+       readOpen3dFolder},
+      {"images in one folder", "color0000.png, depth0000.png, intrinsics.txt", false, isOneFolder,
+       readOneFolder},
+      {"PCL", "organized clouds x.pcd, one a frame", false, isPcdFolder, readPcdFolder},
+      {"ScanNet", "one file x.sens", true, isSens, readSens},
+  };
+  return formats;
+}
 
 bool
 DatasetOptions::isValid(std::string* error) const
@@ -83,8 +174,8 @@ openDataset(const std::string& path, const DatasetOptions& options)
   if (!options.isValid(&error))
     throw pcl::BadArgumentException("openDataset: " + error);
   try {
-    checkFolder(path);
-    return makeImageFileDataset(readFolder(path, options), path, options);
+    checkPath(path);
+    return makeImageFileDataset(readRecording(path, options), folderOf(path), options);
   }
   catch (const fs::filesystem_error& fault) {
     throw pcl::IOException(path + ": " + fault.what());

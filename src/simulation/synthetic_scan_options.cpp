@@ -2,6 +2,8 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include <bundle_icp/simulation/synthetic_scan.h>
 
+#include "simulation/scan_layouts.h"
+
 #include <cmath>
 #include <sstream>
 
@@ -115,11 +117,25 @@ SyntheticScanOptions::depthCamera() const
 bool
 SyntheticScanWriteOptions::isValid(std::string* error) const
 {
+  if (!findScanLayout(format)) {
+    if (error)
+      *error = "format '" + format + "' is unknown, expected " + syntheticScanFormats();
+    return false;
+  }
   const Bound bounds[] = {
       {"num_threads", double(num_threads), 0, 1024},
       // 0 means no surface
       {"surface_spacing [m]", surface_spacing == 0 ? 1 : surface_spacing, 0.001, 1}};
   return areWithin(bounds, error);
+}
+
+std::string
+syntheticScanFormats()
+{
+  std::string names;
+  for (const ScanLayout& layout : scanLayouts())
+    names += (names.empty() ? "" : ", ") + std::string(layout.name);
+  return names;
 }
 
 } // namespace bundle_icp

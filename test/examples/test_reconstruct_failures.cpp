@@ -143,9 +143,9 @@ TEST_F(ReconstructFailure, SizesThatDiffer)
 {
   for (int i = 0; i < 3; ++i)
     recordings::writeImage(scan + "/depth/" + std::to_string(i) + ".png",
-                           recordings::depth(5000, {32, 24}));
+                           recordings::depth(5000, {32, 32}));
   const std::string message = failure();
-  EXPECT_CONTAINS(message, "depth/0.png: depth of 32x24");
+  EXPECT_CONTAINS(message, "depth/0.png: depth of 32x32");
   EXPECT_CONTAINS(message, "has 64x48");
 }
 
@@ -325,4 +325,6 @@ TEST_F(ReconstructFailure, WrongUsage)
   EXPECT_CONTAINS(misuse({"--max-frames", "-1"}), "--max-frames -1");
   EXPECT_CONTAINS(misuse({"--intrinsics", "60,60"}), "expected fx,fy,cx,cy");
   EXPECT_CONTAINS(misuse({"--depth-scale", "0"}), "depth scale");
+  EXPECT_CONTAINS(misuse({"--depth-intrinsics", "60,60"}),
+                  "--depth-intrinsics 60,60: expected fx,fy,cx,cy");
 }

@@ -39,7 +39,7 @@ TEST_F(BadRecording, FolderMissingEmptyOrUnknown)
   EXPECT_CONTAINS(openError(place + "/rgb.txt"), "rgb.txt: is not a folder");
   boost::filesystem::create_directories(folder.path("empty"));
   EXPECT_CONTAINS(openError(folder.path("empty")), "empty: the folder is empty");
-  EXPECT_CONTAINS(openError(folder.path()), "unknown format; expected TUM");
+  EXPECT_CONTAINS(openError(folder.path()), "unknown format, but its folder " + place + " (TUM");
 }
 
 TEST_F(BadRecording, ListsWithFaults)

@@ -206,6 +206,10 @@ TEST_F(CalibrationFiles, YamlOfRos)
   const Recording echo = readGood("camera_info.yaml", message);
   expectCamera(echo);
   expectLens(echo);
+  std::string lines = "K:\n";
+  for (const char* const number : {"600.5", "0", "320.25", "0", "601.", "240", "0", "0", "1"})
+    lines += std::string("- ") + number + "\n";
+  expectCamera(readGood("camera_info.yaml", "# by hand\n" + lines + "D: [0, 0,\n    0, 0, 0]\n"));
   std::string fisheye = calibrator;
   fisheye.replace(fisheye.find("plumb_bob"), 9, "equidistant");
   EXPECT_CONTAINS(fault("camera_info.yaml", fisheye), "'equidistant' is not known");
@@ -247,9 +251,11 @@ TEST_F(CalibrationFiles, UnknownFormsNameTheFileAndTheKeys)
   EXPECT_CONTAINS(fault("intrinsic.json", R"({"fx": 600, "fy": 600, "cx": 1})"), "cy is missing");
   EXPECT_CONTAINS(fault("intrinsic.json", R"({"intrinsic_matrix": [600, 0, 320]})"),
                   "9 numbers, column by column");
-  EXPECT_CONTAINS(fault("camera.yaml", "a: [1, 2\nb"), "is neither YAML nor XML");
+  EXPECT_CONTAINS(fault("camera.yaml", "a: 1\nb"), "is neither YAML nor XML");
+  EXPECT_CONTAINS(fault("camera.yaml", "K: [1, 2\nb"), "the camera matrix");
   EXPECT_CONTAINS(fault("camera.yaml", "a: 1\nb: 2\n"), "found a, b");
-  EXPECT_CONTAINS(fault("camera.xml", "<opencv_storage><a>"), "is neither YAML nor XML");
+  for (const char* const damaged : {"<opencv_storage><a>", "<?xml version=", "<"})
+    EXPECT_CONTAINS(fault("camera.xml", damaged), "is neither YAML nor XML");
   EXPECT_CONTAINS(fault("camera.yaml", ""), "camera.yaml");
 }
 

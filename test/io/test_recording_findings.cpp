@@ -263,6 +263,27 @@ TEST_F(Findings, CameraOfSevenScenesOnlyForSevenScenes)
   EXPECT_CONTAINS(worst(*dataset, "intrinsics").what, "_info.txt");
 }
 
+TEST_F(Findings, TwoSizesOfAScanNetRecorder)
+{
+  const auto write = [this](const cv::Size& color) {
+    recordings::writeSevenScenesFrame(place, 0, recordings::color(0, color),
+                                      recordings::depth(1000, {64, 48}));
+    writeText(place + "/_info.txt",
+              "m_colorWidth = 129\nm_colorHeight = 97\nm_depthWidth = 64\nm_depthHeight = 48\n"
+              "m_depthShift = 1000\n"
+              "m_calibrationColorIntrinsic = 117 0 64 0 0 118 48 0 0 0 1 0 0 0 0 1\n"
+              "m_calibrationDepthIntrinsic = 57 0 32 0 0 58 24 0 0 0 1 0 0 0 0 1\n");
+  };
+  write({129, 97});
+  EXPECT_EQ(openDataset(place)->camera().fy, 118);
+  EXPECT_EQ(openDataset(place)->read(0).depth.size(), cv::Size(129, 97));
+  EXPECT_FLOAT_EQ(openDataset(place)->read(0).depth.at<float>(48, 64), 1);
+  EXPECT_CONTAINS(worst(*openDataset(place), "depth_camera").what, "fx 57, fy 58");
+  write({64, 48}); // colour was brought to depth
+  EXPECT_EQ(openDataset(place)->camera().fy, 58);
+  EXPECT_FLOAT_EQ(openDataset(place)->read(0).depth.at<float>(0, 0), 1);
+}
+
 TEST_F(Findings, CalibrationsAsOthersWriteThem)
 {
   const std::string numbers = R"("fx": 60, "fy": 61, "ppx": 32, "ppy": 24)";

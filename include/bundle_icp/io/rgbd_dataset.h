@@ -46,7 +46,7 @@ struct BUNDLE_ICP_EXPORT DatasetOptions {
   /** Noise of the depth images; unset = that of the intrinsics, which is the Kinect's by
    *  default. */
   std::optional<DepthNoise> depth_noise;
-  /** Units of the depth images per metre; unset = the format's (TUM 5000, 7-Scenes and Open3D
+  /** Units of the depth images per metre; unset = the format's (TUM 5000, most others
    *  1000). */
   std::optional<double> depth_scale;
   /** Factor that multiplies all depth: true over measured length (Calibration::depth_scale). */
@@ -154,20 +154,37 @@ public:
   }
 };
 
-/** Opens a recording. The content of the folder tells its format:
+/** Opens a recording. The content of the folder tells its format; of several that fit the first
+ *  counts:
  *  - TUM RGB-D: `rgb.txt`, `depth.txt`, optionally `groundtruth.txt`. Colour and depth are
  *    associated by time, greedily, closest first, as the benchmark's script does. A frame's id is
  *    the number of its line in `rgb.txt`. Without a calibration file, a folder name with
- *    freiburg1, freiburg2 or freiburg3 selects the benchmark's camera.
+ *    freiburg1, freiburg2 or freiburg3 selects the benchmark's camera. One list `associations.txt`
+ *    (`TIME IMAGE TIME IMAGE`) serves as well, for example of ICL-NUIM, whose camera has a negative
+ *    fy: its true poses are mirrored to match the images.
  *  - 7-Scenes and 3DMatch: `frame-000000.color.{png,jpg}`, `.depth.png`, `.pose.txt`. Intrinsics
  *    come from `camera-intrinsics.txt` in the folder or its parent, else 7-Scenes' own camera (585
  *    px) serves; colour is then warped into the depth camera, to which the poses belong. Poses that
  *    are not rigid are left out and listed in skipped().
+ *  - Stray Scanner: `rgb/` (the frames of rgb.mp4), `depth/`, `camera_matrix.csv`, `odometry.csv`,
+ *    optionally `confidence/`. Depth of the lowest confidence is left out.
+ *  - Polycam's raw data: `keyframes/` with `images/`, `depth/`, `cameras/`, or the corrected ones,
+ *    optionally `confidence/`.
+ *  - ScanNet as its exporters write it: `color/`, `depth/`, `pose/`, `intrinsic/`.
+ *  - nerfstudio and Record3D: `transforms.json` with a depth_file_path for each frame. The path may
+ *    be that of the file.
  *  - Open3D and Redwood: `color/` (`image/`, `rgb/`), `depth/`, paired by the numbers in their
- *    names, or by order where the numbers are ambiguous.
+ *    names, or by the text that differs.
+ *  - Images in one folder: `color0000.png`, `depth0000.png` and the like, told apart by the words
+ *    in their names.
+ *  - PCL: organized clouds `*.pcd` in the frame of the camera, one a frame. Intrinsics follow from
+ *    the points.
+ *  - ScanNet: one file `*.sens`. The path may be that of the file.
  *
- *  Intrinsics, and where the file says them the units of depth and the camera of depth, come from a
- *  calibration file in the folder, whose forms docs/recordings.md lists.
+ *  Where the format does not say them, intrinsics, and where the file says them the units of depth
+ *  and the camera of depth, come from a calibration file in the folder, whose forms
+ *  docs/recordings.md lists. Depth images of floats hold metres in any format. Poses that a device
+ *  or its software estimated are groundTruth() as well, and a note in findings() says so.
  *
  *  Depth images of another size than the colour images, but of the same aspect ratio, count as the
  *  same view where no DepthCamera is known. Depth is moved into the colour images, whose size the
@@ -184,8 +201,9 @@ public:
  *  is not measured. Without time stamps, frame n is taken at n / 30 s. Frames are read until one is
  *  good: a file that cannot be decoded does no harm here, but read() throws for its frame.
  *  \throws pcl::IOException naming folder or file and reason: folder missing or empty, format
- *  unknown, no overlap in time, depth of another aspect ratio whose camera is unknown, 8-bit depth,
- *  a colour image in place of depth, no readable frame, intrinsics unknown, a mask of another size.
+ *  unknown (with what was looked for and a layout that would work), no overlap in time, depth of
+ *  another aspect ratio whose camera is unknown, 8-bit depth, a colour image in place of depth, no
+ *  readable frame, intrinsics unknown, a mask of another size.
  *  \throws pcl::BadArgumentException for invalid options or impossible intrinsics. */
 BUNDLE_ICP_EXPORT RGBDDataset::Ptr
 openDataset(const std::string& path, const DatasetOptions& options = {});

@@ -170,8 +170,14 @@ private:
   std::unique_ptr<Impl> impl_;
 };
 
+/** Names of the formats that writeSyntheticScan() knows, with commas between them. */
+BUNDLE_ICP_EXPORT std::string
+syntheticScanFormats();
+
 /** How writeSyntheticScan() works. */
 struct BUNDLE_ICP_EXPORT SyntheticScanWriteOptions {
+  /** Format of the recording: one of syntheticScanFormats(). openDataset() reads all of them. */
+  std::string format = "tum";
   /** Spacing of the points in surface.ply [m], 0.001 to 1; 0 = no such file. */
   double surface_spacing = 0.005;
   bool masks = false;  ///< also `mask/`: SyntheticScan::mask() of each frame
@@ -185,7 +191,9 @@ struct BUNDLE_ICP_EXPORT SyntheticScanWriteOptions {
  *  `rgb.txt`, `depth.txt`, `groundtruth.txt` at the stamps of colour, `intrinsics.txt` (`fx fy cx
  *  cy`, then `depth_scale 5000`; where depth has a camera of its own also lines `depth_intrinsics`
  *  and `depth_to_color`), `surface.ply`, the visibleSurface(), and `mask/` where asked for. The
- *  lists are written last: a folder with lists is complete.
+ *  lists are written last: a folder with lists is complete. Other formats hold what their recorders
+ *  write, depth in millimetres; some of them have neither stamps nor poses, and some keep colour as
+ *  JPEG. Not all can say that depth has a camera of its own.
  *
  *  \param[in] folder must be empty or not exist
  *  \throws pcl::IOException naming file and reason; existing files are not touched.

@@ -171,12 +171,20 @@ readSensorInfo(const std::string& folder, Recording& recording)
   const auto number = [&](const std::string& name) {
     return values[name].size() == 1 ? values[name][0] : 0;
   };
-  // Frames have one size: where the recorder's differ, colour was brought to that of depth.
+  const auto camera = [&](const std::string& kind, const std::string& size) {
+    CameraIntrinsics result = fromMatrix(values["m_calibration" + kind + "Intrinsic"], path);
+    result.width = int(number("m_" + size + "Width"));
+    result.height = int(number("m_" + size + "Height"));
+    return result;
+  };
   const bool is_equal = number("m_colorWidth") == number("m_depthWidth");
-  const std::string kind = is_equal ? "Color" : "Depth", size = is_equal ? "color" : "depth";
-  recording.intrinsics = fromMatrix(values["m_calibration" + kind + "Intrinsic"], path);
-  recording.intrinsics->width = int(number("m_" + size + "Width"));
-  recording.intrinsics->height = int(number("m_" + size + "Height"));
+  const bool has_color = values.count("m_calibrationColorIntrinsic") > 0;
+  recording.intrinsics =
+      is_equal || has_color ? camera("Color", "color") : camera("Depth", "depth");
+  if (!is_equal && has_color) { // the poses of both are those of one place
+    recording.depth_camera.emplace();
+    recording.depth_camera->intrinsics = camera("Depth", "depth");
+  }
   recording.intrinsics_source = path;
   if (number("m_depthShift") > 0) {
     recording.depth_scale = number("m_depthShift");

@@ -28,9 +28,9 @@ struct Vertex {
 };
 
 Vertex
-project(const Eigen::Vector3f& ray, const Eigen::Vector3f& translation, float z)
+toVertex(const DepthRays& rays, std::size_t pixel, float z)
 {
-  const Eigen::Vector3f point = z * ray + translation;
+  const Eigen::Vector3f point = z * rays.rays[pixel] + rays.translation;
   if (!(z > 0 && point.z() > NEAR_PLANE)) // also where z or the ray is NaN
     return {};
   const float inverse = 1 / point.z();
@@ -63,13 +63,16 @@ public:
     const int u1 = clamped(std::floor(o.u + high_u + SEAM * du) + 1, pixels.cols);
     const int v1 = clamped(std::floor(o.v + high_v + SEAM * dv) + 1, pixels.rows);
     const float to_a = a.inverse_z - o.inverse_z, to_b = b.inverse_z - o.inverse_z;
+    const float scale = 1 / area;
     for (int v = v0; v < v1; ++v) {
       float* const row = pixels.ptr<float>(v);
-      for (int u = u0; u < u1; ++u) {
-        const float x = float(u) - o.u, y = float(v) - o.v;
-        const float s = (x * by - y * bx) / area, t = (ax * y - ay * x) / area;
-        if (s >= -SEAM && t >= -SEAM && s + t <= 1 + SEAM)
-          row[u] = std::max(row[u], o.inverse_z + s * to_a + t * to_b);
+      const float y = float(v) - o.v;
+      for (int u = u0; u < u1; ++u) { // without branches, for vector instructions
+        const float x = float(u) - o.u;
+        const float s = (x * by - y * bx) * scale, t = (ax * y - ay * x) * scale;
+        const float inside = std::min(std::min(s, t), 1 - s - t);
+        const float inverse_z = o.inverse_z + s * to_a + t * to_b;
+        row[u] = std::max(row[u], inside >= -SEAM ? inverse_z : 0.0f);
       }
     }
   }
@@ -116,12 +119,44 @@ drawSurface(const Quad& quad, InverseDepth& surface)
   surface.draw(c[i], c[i + 2], c[(i + 3) % 4]);
 }
 
-/** What of the depth camera's image no two pixels agree on may belong to the nearest of them. */
+/** A row of the depth image in the colour image. */
+struct VertexRow {
+  std::vector<Vertex> vertices;
+  std::vector<char> linked; ///< 1 = lies on one surface with the next of the row
+
+  void
+  project(const DepthRays& rays, const DepthEdges& edges, const cv::Mat& depth, int v)
+  {
+    const float* const z = depth.ptr<float>(v);
+    const std::size_t width = std::size_t(depth.cols), first = std::size_t(v) * width;
+    vertices.resize(width);
+    linked.resize(width - 1);
+    for (std::size_t u = 0; u < width; ++u)
+      vertices[u] = toVertex(rays, first + u, z[u]);
+    for (std::size_t u = 0; u + 1 < width; ++u)
+      linked[u] = edges(z[u], z[u + 1]) > 0;
+  }
+};
+
+/** What is seen between four pixels that lie on several surfaces may belong to the nearest of them
+ *  and hide what lies behind it.
+ *  \param pixel the first of the four */
 void
-drawCover(const Vertex (&corner)[4], InverseDepth& cover)
+drawCover(const DepthRays& rays, const cv::Mat& depth, std::size_t pixel, InverseDepth& cover)
 {
-  cover.draw(corner[0], corner[1], corner[2]);
-  cover.draw(corner[0], corner[2], corner[3]);
+  const std::size_t width = std::size_t(depth.cols);
+  const std::size_t pixels[] = {pixel, pixel + 1, pixel + 1 + width, pixel + width};
+  float nearest = std::numeric_limits<float>::infinity();
+  for (const std::size_t i : pixels) {
+    const float z = depth.at<float>(int(i / width), int(i % width));
+    nearest = z < nearest ? z : nearest;
+  }
+  if (std::isinf(nearest))
+    return;
+  const auto corner = [&](std::size_t i) { return toVertex(rays, pixels[i], nearest); };
+  const Vertex first = corner(0), opposite = corner(2);
+  cover.draw(first, corner(1), opposite);
+  cover.draw(first, opposite, corner(3));
 }
 
 /** Depth [m] of the surface where no cover is nearer than it, else NaN. */
@@ -129,14 +164,16 @@ cv::Mat
 visibleDepth(const cv::Mat& inverse_surface, const cv::Mat& inverse_cover, const DepthEdges& edges)
 {
   cv::Mat result(inverse_surface.size(), CV_32FC1);
-  for (int v = 0; v < result.rows; ++v)
+  for (int v = 0; v < result.rows; ++v) {
+    const float* const surface = inverse_surface.ptr<float>(v);
+    const float* const cover = inverse_cover.ptr<float>(v);
+    float* const out = result.ptr<float>(v);
     for (int u = 0; u < result.cols; ++u) {
-      const float z = 1 / inverse_surface.at<float>(v, u); // infinite where there is none
-      const float covered = 1 / inverse_cover.at<float>(v, u);
+      const float z = 1 / surface[u], covered = 1 / cover[u]; // infinite where there is none
       const bool is_hidden = z - covered > edges.tolerance(covered);
-      result.at<float>(v, u) =
-          std::isinf(z) || is_hidden ? std::numeric_limits<float>::quiet_NaN() : z;
+      out[u] = std::isinf(z) || is_hidden ? std::numeric_limits<float>::quiet_NaN() : z;
     }
+  }
   return result;
 }
 
@@ -171,8 +208,7 @@ raysOf(const CameraIntrinsics& camera)
 } // namespace
 
 DepthRegistration::DepthRegistration(const DepthCamera& depth, const CameraIntrinsics& color)
-: depth_size_(depth.intrinsics.width, depth.intrinsics.height),
-  color_size_(color.width, color.height)
+: color_size_(color.width, color.height)
 {
   CameraIntrinsics camera = depth.intrinsics;
   camera.depth_noise = color.depth_noise;
@@ -182,38 +218,34 @@ DepthRegistration::DepthRegistration(const DepthCamera& depth, const CameraIntri
   Eigen::Matrix3d matrix;
   matrix << color.fx, 0, color.cx, 0, color.fy, color.cy, 0, 0, 1;
   const Eigen::Matrix3d color_from_ray = matrix * depth.color_from_depth.linear();
-  translation_ = (matrix * depth.color_from_depth.translation()).cast<float>();
+  rays_.translation = (matrix * depth.color_from_depth.translation()).cast<float>();
   for (const cv::Point2d& ray : raysOf(camera))
-    rays_.push_back((color_from_ray * Eigen::Vector3d(ray.x, ray.y, 1)).cast<float>());
+    rays_.rays.push_back((color_from_ray * Eigen::Vector3d(ray.x, ray.y, 1)).cast<float>());
 }
 
 cv::Mat
 DepthRegistration::toColor(const cv::Mat& depth) const
 {
   InverseDepth surface(color_size_, largest_cell_), cover(color_size_, largest_cell_);
-  const int width = depth_size_.width;
-  const auto linked = [&](float a, float b) { return a > 0 && b > 0 && edges_(a, b) > 0; };
-  for (int v = 0; v + 1 < depth_size_.height; ++v)
-    for (int u = 0; u + 1 < width; ++u) {
-      const float* const top = depth.ptr<float>(v) + u;
-      const float* const bottom = depth.ptr<float>(v + 1) + u;
-      const Eigen::Vector3f* const ray = &rays_[std::size_t(v * width + u)];
-      const Eigen::Vector3f rays[4] = {ray[0], ray[1], ray[width + 1], ray[width]};
-      const float z[4] = {top[0], top[1], bottom[1], bottom[0]};
-      Quad quad;
-      float nearest = std::numeric_limits<float>::infinity();
-      for (int i = 0; i < 4; ++i) {
-        quad.corner[i] = project(rays[i], translation_, z[i]);
-        quad.linked[i] = linked(z[i], z[(i + 1) % 4]);
-        nearest = z[i] < nearest ? z[i] : nearest;
-      }
+  VertexRow above, row;
+  above.project(rays_, edges_, depth, 0);
+  for (int v = 1; v < depth.rows; ++v) {
+    row.project(rays_, edges_, depth, v);
+    const float *const top = depth.ptr<float>(v - 1), *const bottom = depth.ptr<float>(v);
+    bool is_left_linked = edges_(top[0], bottom[0]) > 0;
+    for (int u = 0; u + 1 < depth.cols; ++u) {
+      const std::size_t i = std::size_t(u);
+      const bool is_right_linked = edges_(top[u + 1], bottom[u + 1]) > 0;
+      const Quad quad{
+          {above.vertices[i], above.vertices[i + 1], row.vertices[i + 1], row.vertices[i]},
+          {above.linked[i] != 0, is_right_linked, row.linked[i] != 0, is_left_linked}};
       drawSurface(quad, surface);
-      if (quad.isWhole() || std::isinf(nearest))
-        continue;
-      for (int i = 0; i < 4; ++i)
-        quad.corner[i] = project(rays[i], translation_, nearest);
-      drawCover(quad.corner, cover);
+      if (!quad.isWhole())
+        drawCover(rays_, depth, std::size_t(v - 1) * std::size_t(depth.cols) + i, cover);
+      is_left_linked = is_right_linked;
     }
+    std::swap(above, row);
+  }
   return visibleDepth(surface.pixels, cover.pixels, edges_);
 }
 

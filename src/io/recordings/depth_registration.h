@@ -12,6 +12,13 @@
 
 namespace bundle_icp {
 
+/** Pixel i of a depth image at depth z [m] lies at z * rays[i] + translation in homogeneous pixels
+ *  of the colour camera. NaN where the lens model has no ray. */
+struct DepthRays {
+  std::vector<Eigen::Vector3f> rays; ///< row by row
+  Eigen::Vector3f translation;
+};
+
 /** Moves depth images of a camera of their own into the pixels of the colour camera.
  *
  *  Neighbouring depth pixels on one surface span a mesh, which is rendered into the colour camera:
@@ -29,11 +36,8 @@ public:
   toColor(const cv::Mat& depth) const;
 
 private:
-  cv::Size depth_size_, color_size_;
-  /** Pixel i at depth z lies at z * rays_[i] + translation_ in homogeneous pixels of the colour
-   *  camera. NaN where the lens model has no ray. */
-  std::vector<Eigen::Vector3f> rays_;
-  Eigen::Vector3f translation_;
+  cv::Size color_size_;
+  DepthRays rays_;
   DepthEdges edges_;   // between neighbouring pixels of the depth image
   float largest_cell_; // [px] of the colour image
 };

@@ -4,6 +4,7 @@
 #include "io/image_file.h"
 #include "io/recordings/calibration_files.h"
 #include "io/recordings/depth_registration.h"
+#include "io/recordings/float_depth.h"
 #include "io/recordings/masks.h"
 #include "io/recordings/recorded_cameras.h"
 #include "io/recordings/repeated_frames.h"
@@ -167,7 +168,7 @@ RGBDFrame
 ImageFileDataset::read(std::size_t index) const
 {
   const RecordedFrame& recorded = recording_.frames.at(index);
-  const ImagePair images = readImages(recorded);
+  const ImagePair images = readImages(recording_, recorded);
   checkSizes(recorded, images, recorded_, recording_.intrinsics_source);
   cv::Mat color = images.color, depth = images.depth;
   cv::Mat left_out = readLeftOut(recorded, color.size());
@@ -281,6 +282,7 @@ makeImageFileDataset(Recording recording, const std::string& folder, const Datas
                                   shortText(*options.field_of_view * 180 / M_PI, 3) +
                                   " degrees that is assumed";
   }
+  useMetresOfFloats(recording);
   if (options.depth_scale)
     recording.depth_scale_source = "the options";
   recording.depth_scale =

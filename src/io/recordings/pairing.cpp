@@ -143,16 +143,28 @@ sayNames(std::size_t num_color, std::size_t num_depth, Recording& recording,
 
 } // namespace
 
+bool
+isImageName(const std::string& name)
+{
+  static const std::set<std::string> extensions = {".png",  ".jpg", ".jpeg", ".bmp", ".tif",
+                                                   ".tiff", ".pgm", ".ppm",  ".pnm", ".exr"};
+  const std::string extension = boost::filesystem::path(name).extension().string();
+  return extensions.count(boost::to_lower_copy(extension)) && name.front() != '.';
+}
+
 Stream
 listImages(const std::string& folder)
 {
-  const std::set<std::string> extensions = {".png",  ".jpg", ".jpeg", ".bmp", ".tif",
-                                            ".tiff", ".pgm", ".ppm",  ".pnm"};
+  return listFiles(folder, isImageName);
+}
+
+Stream
+listFiles(const std::string& folder, bool (*fits)(const std::string&))
+{
   Stream images;
   for (const boost::filesystem::directory_entry& entry :
        boost::filesystem::directory_iterator(folder))
-    if (extensions.count(boost::to_lower_copy(entry.path().extension().string())) &&
-        entry.path().filename().string().front() != '.')
+    if (fits(entry.path().filename().string()))
       images.push_back({0, 0, entry.path().string()});
   if (images.empty())
     throw pcl::IOException(folder + ": the folder holds no image");

@@ -33,8 +33,15 @@ pairByName(const Stream& color, const Stream& depth, const std::string& folder,
 bool
 namesRise(const Stream& stream);
 
-/** The images of a folder, in the order of what differs between their names.
+/** Whether a file is an image by its name, and no hidden one. */
+bool
+isImageName(const std::string& name);
+
+/** The files of a folder whose names fit, by default the images, in the order of what differs
+ *  between their names.
  *  \throws pcl::IOException when there are none. */
+Stream
+listFiles(const std::string& folder, bool (*fits)(const std::string& name));
 Stream
 listImages(const std::string& folder);
 

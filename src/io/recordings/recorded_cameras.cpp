@@ -77,11 +77,26 @@ checkCamera(const CameraIntrinsics& camera, const std::string& folder, const std
     throw pcl::BadArgumentException(folder + ": " + error + " (from " + source + ")");
 }
 
+/** Whether both images have the size of the recording's depth camera, and not that of its colour
+ *  camera: whoever wrote them has brought colour to depth. */
+bool
+isColorOfDepth(const Recording& recording, const cv::Size& color, const cv::Size& depth)
+{
+  return recording.depth_camera && color == depth && recording.intrinsics->width > 0 &&
+         color != sizeOf(*recording.intrinsics) &&
+         color == sizeOf(recording.depth_camera->intrinsics);
+}
+
 /** That of a field of view where one is given (> 0), else that of the recording. */
 CameraIntrinsics
-colorCamera(const Recording& recording, const cv::Size& size, double field_of_view)
+colorCamera(const Recording& recording, const ImagePair& images, double field_of_view)
 {
-  CameraIntrinsics camera = recording.intrinsics.value_or(CameraIntrinsics());
+  const cv::Size size = images.color.size();
+  CameraIntrinsics camera = *recording.intrinsics;
+  if (isColorOfDepth(recording, size, images.depth.size())) {
+    camera = recording.depth_camera->intrinsics;
+    camera.depth_noise = recording.intrinsics->depth_noise;
+  }
   if (field_of_view > 0) {
     camera.cx = 0.5 * (size.width - 1);
     camera.cy = 0.5 * (size.height - 1);
@@ -109,6 +124,8 @@ depthCamera(const RecordedFrame& frame, const ImagePair& images, const Recording
   std::optional<DepthCamera> camera = recording.depth_camera;
   if (camera ? isRegistered(*camera, size, images.color.size()) : size == images.color.size())
     return std::nullopt;
+  if (isColorOfDepth(recording, images.color.size(), size))
+    return std::nullopt;
   if (!camera)
     camera.emplace();
   if (camera->intrinsics.fx == 0) {
@@ -125,9 +142,9 @@ camerasOf(const RecordedFrame& frame, const Recording& recording, const std::str
           const DatasetOptions& options)
 {
   const double field_of_view = options.intrinsics ? 0 : options.field_of_view.value_or(0);
-  const ImagePair images = readImages(frame);
+  const ImagePair images = readImages(recording, frame);
   RecordedCameras cameras;
-  cameras.color = colorCamera(recording, images.color.size(), field_of_view);
+  cameras.color = colorCamera(recording, images, field_of_view);
   cameras.depth = depthCamera(frame, images, recording, cameras.color, options.undistort_depth);
   checkCamera(cameras.color, folder, recording.intrinsics_source);
   if (cameras.depth)
@@ -139,8 +156,10 @@ camerasOf(const RecordedFrame& frame, const Recording& recording, const std::str
 } // namespace
 
 ImagePair
-readImages(const RecordedFrame& frame)
+readImages(const Recording& recording, const RecordedFrame& frame)
 {
+  if (recording.reader)
+    return recording.reader->read(frame);
   return {readColorImage(frame.color_file), readDepthImage(frame.depth_file)};
 }
 
@@ -202,14 +221,13 @@ describeCameras(const RecordedCameras& cameras, const Recording& recording)
        {{"fx_px", color.fx}, {"fy_px", color.fy}, {"cx_px", color.cx}, {"cy_px", color.cy}},
        ""}};
   if (!cameras.depth && recording.depth_camera)
-    notes.push_back({Severity::NOTE,
-                     "depth_camera",
-                     "depth counts as registered to colour: its images have the size of the colour "
-                     "images, and not " +
-                         toString(sizeOf(recording.depth_camera->intrinsics)) +
-                         " as the recording's camera of depth",
-                     {},
-                     ""});
+    notes.push_back(
+        {Severity::NOTE,
+         "depth_camera",
+         "depth counts as registered to colour: the images of both have one size, while "
+         "the recording's cameras have images of two",
+         {},
+         ""});
   if (!cameras.depth)
     return notes;
   const CameraIntrinsics& depth = cameras.depth->intrinsics;

@@ -14,14 +14,10 @@ struct RecordedCameras {
   std::optional<DepthCamera> depth; ///< unset = depth lies in the colour camera's pixels
 };
 
-/** The images of one frame as recorded. */
-struct ImagePair {
-  cv::Mat color, depth;
-};
-
-/** \throws pcl::IOException naming file and reason. */
+/** The images of one frame of a recording.
+ *  \throws pcl::IOException naming file and reason. */
 ImagePair
-readImages(const RecordedFrame& frame);
+readImages(const Recording& recording, const RecordedFrame& frame);
 
 /** Checks that the images of a frame have the sizes of their cameras.
  *  \param source of the intrinsics, for messages

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "io/recordings/calibration_files.h"
+#include "io/recordings/recorded_poses.h"
 #include "io/text_file.h"
 
 #include <pcl/exceptions.h>
@@ -68,20 +69,6 @@ collectFrames(const std::string& folder, Recording& recording)
                                 ""});
 }
 
-// The numbers of a file that holds one matrix.
-std::vector<double>
-readMatrix(const std::string& path, std::size_t size)
-{
-  std::vector<double> values;
-  for (const TextLine& line : readTextLines(path))
-    for (const double value : parseNumbers(line, path))
-      values.push_back(value);
-  if (values.size() != size)
-    throw pcl::IOException(path + ": " + std::to_string(values.size()) + " numbers; expected " +
-                           std::to_string(size));
-  return values;
-}
-
 // The camera of 7-Scenes itself: PNG images of which each has its pose, and nothing of other
 // recorders beside.
 bool
@@ -112,7 +99,7 @@ findCalibration(const std::string& folder, Recording& recording)
     const fs::path file = place / "camera-intrinsics.txt";
     if (recording.intrinsics || !fs::exists(file))
       continue;
-    const std::vector<double> k = readMatrix(file.string(), 9);
+    const std::vector<double> k = readNumbers(file.string(), 9);
     recording.intrinsics.emplace();
     recording.intrinsics->fx = k[0];
     recording.intrinsics->fy = k[4];
@@ -137,18 +124,8 @@ readPoses(const std::string& folder, Recording& recording)
     const fs::path file = fs::path(folder) / (color.substr(0, color.find('.')) + ".pose.txt");
     if (!fs::exists(file))
       continue;
-    try {
-      const std::vector<double> values = readMatrix(file.string(), 16);
-      const Eigen::Matrix4d matrix =
-          Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(values.data());
-      // KinectFusion's rotations, printed with few digits, are only nearly orthonormal.
-      if (!isRigid(matrix, 1e-2))
-        throw pcl::IOException(file.string() + ": the pose is not a rigid motion");
-      recording.ground_truth.push_back({frame.timestamp, closestPose(matrix)});
-    }
-    catch (const pcl::IOException& error) {
-      recording.skipped.push_back({file.string(), messageOf(error)});
-    }
+    takePose(
+        frame.timestamp, file.string(), [&file] { return readPoseFile(file.string()); }, recording);
   }
 }
 
@@ -164,7 +141,7 @@ isSevenScenesFolder(const std::string& folder)
 }
 
 Recording
-readSevenScenesFolder(const std::string& folder)
+readSevenScenesFolder(const std::string& folder, const DatasetOptions&)
 {
   Recording recording;
   recording.format = "7-Scenes";

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "io/recordings/calibration_files.h"
+#include "io/recordings/name_numbers.h"
 #include "io/recordings/pairing.h"
 #include "io/recordings/time_stamps.h"
 #include "io/text_file.h"
 
 #include <pcl/exceptions.h>
 
+#include <boost/algorithm/string.hpp>
 #include <boost/filesystem.hpp>
 
 #include <set>
@@ -30,15 +32,17 @@ associationList(const std::string& folder)
   return {};
 }
 
-// The file that a line names from its second word on: names may hold blanks.
+// The file that words of a line name: names may hold blanks, and Windows' separators.
 std::string
-listedFile(const std::string& folder, const TextLine& line)
+listedFile(const std::string& folder, const std::vector<std::string>& words)
 {
-  std::string name = line.words[1];
-  for (std::size_t i = 2; i < line.words.size(); ++i)
-    name += " " + line.words[i];
-  const fs::path whole = fs::path(folder) / name, first = fs::path(folder) / line.words[1];
-  return (fs::exists(whole) || !fs::exists(first) ? whole : first).string();
+  const fs::path whole = fs::path(folder) / boost::algorithm::join(words, " "),
+                 first = fs::path(folder) / words[0];
+  const fs::path& file = fs::exists(whole) || !fs::exists(first) ? whole : first;
+  if (fs::exists(file))
+    return file.string();
+  const fs::path replaced = boost::algorithm::replace_all_copy(file.string(), "\\", "/");
+  return (fs::exists(replaced) ? replaced : file).string();
 }
 
 // The images of rgb.txt or depth.txt that exist. Absent ones are left out before
@@ -55,7 +59,7 @@ readList(const std::string& folder, const std::string& name, Recording& recordin
       throw pcl::IOException(path + ":" + std::to_string(line.number) +
                              ": expected a time stamp and a file name");
     const double timestamp = parseNumbers({line.number, {line.words[0]}}, path).front();
-    const std::string file = listedFile(folder, line);
+    const std::string file = listedFile(folder, {line.words.begin() + 1, line.words.end()});
     if (!fs::exists(file))
       recording.skipped.push_back({file, "listed in " + name + " but absent"});
     else if (seen.emplace(timestamp, file).second)
@@ -120,6 +124,17 @@ pairStreams(const Stream& color, const Stream& depth, double max_difference,
   }
 }
 
+// Where the second stamp of a line stands: the one word from the third on that is a number.
+std::size_t
+secondStamp(const TextLine& line, const std::string& path)
+{
+  for (std::size_t i = 2; i + 1 < line.words.size(); ++i)
+    if (isNumber(line.words[i]))
+      return i;
+  throw pcl::IOException(path + ":" + std::to_string(line.number) +
+                         ": expected TIME IMAGE TIME IMAGE");
+}
+
 // A line holds two stamps and two images, in either order; both times may differ.
 void
 readAssociations(const std::string& path, const std::string& folder, Recording& recording)
@@ -127,13 +142,11 @@ readAssociations(const std::string& path, const std::string& folder, Recording& 
   Stream color, depth;
   std::size_t number = 0;
   for (const TextLine& line : readTextLines(path)) {
-    const std::string where = path + ":" + std::to_string(line.number);
-    if (line.words.size() < 4)
-      throw pcl::IOException(where + ": expected TIME IMAGE TIME IMAGE");
-    StreamImage images[2];
-    for (std::size_t k = 0; k < 2; ++k)
-      images[k] = {number, parseNumbers({line.number, {line.words[2 * k]}}, path).front(),
-                   (fs::path(folder) / line.words[2 * k + 1]).string()};
+    const auto begin = line.words.begin(), second = begin + std::ptrdiff_t(secondStamp(line, path));
+    StreamImage images[2] = {{number, parseNumbers({line.number, {*begin}}, path).front(),
+                              listedFile(folder, {begin + 1, second})},
+                             {number, parseNumbers({line.number, {*second}}, path).front(),
+                              listedFile(folder, {second + 1, line.words.end()})}};
     ++number;
     if (line.words[1].find("depth") != std::string::npos)
       std::swap(images[0], images[1]);
@@ -163,7 +176,7 @@ readAssociations(const std::string& path, const std::string& folder, Recording& 
         {Severity::WARNING, "time_stamps", fault, {}, "nothing is concluded from time"});
 }
 
-// The benchmark's own calibration of its three cameras, known by the folder's name.
+// The calibration of the benchmark's three cameras and of ICL-NUIM, known by the folder's name.
 std::optional<CameraIntrinsics>
 intrinsicsByName(const std::string& name)
 {
@@ -171,7 +184,8 @@ intrinsicsByName(const std::string& name)
        {std::make_pair("freiburg1", "517.3,516.5,318.6,255.3,0.2624,-0.9531,-0.0054,0.0026,1.1633"),
         std::make_pair("freiburg2",
                        "520.9,521.0,325.1,249.7,0.2312,-0.7849,-0.0033,-0.0001,0.9172"),
-        std::make_pair("freiburg3", "535.4,539.2,320.1,247.6")})
+        std::make_pair("freiburg3", "535.4,539.2,320.1,247.6"),
+        std::make_pair("_frei_png", "481.2,-480,319.5,239.5")})
     if (name.find(camera) != std::string::npos) {
       CameraIntrinsics intrinsics = parseIntrinsics(numbers);
       intrinsics.width = 640;
@@ -194,6 +208,42 @@ findCalibration(const std::string& folder, Recording& recording)
           intrinsicsByName(path.filename_is_dot() ? path.parent_path().filename().string()
                                                   : path.filename().string());
   recording.intrinsics_source = "the folder's name";
+}
+
+// The file of true poses; empty when there is none. ICL-NUIM's has the name of its trajectory.
+std::string
+truthFile(const std::string& folder)
+{
+  const fs::path usual = fs::path(folder) / "groundtruth.txt";
+  if (fs::exists(usual))
+    return usual.string();
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder))
+    if (boost::algorithm::ends_with(entry.path().string(), ".gt.freiburg"))
+      return entry.path().string();
+  return {};
+}
+
+// ICL-NUIM's images are ordinary ones, but its camera and world have y upwards where ours have it
+// downwards: a negative focal length says so. Camera and poses are mirrored.
+void
+turnDown(Recording& recording)
+{
+  if (!recording.intrinsics || recording.intrinsics->fy >= 0)
+    return;
+  recording.intrinsics->fy *= -1;
+  const Eigen::Vector3d mirror(1, -1, 1);
+  for (TimedPose& pose : recording.ground_truth) {
+    Eigen::Matrix4d& matrix = pose.world_from_camera.matrix();
+    matrix.topRows<3>() = mirror.asDiagonal() * matrix.topRows<3>();
+    matrix.leftCols<3>() *= mirror.asDiagonal();
+  }
+  recording.findings.push_back({Severity::NOTE,
+                                "intrinsics",
+                                "the focal length fy is negative: in the recording's camera y "
+                                "points upwards, as in ICL-NUIM. The images are used as they are, "
+                                "with a positive fy, and the true poses are mirrored to match",
+                                {},
+                                ""});
 }
 
 } // namespace
@@ -225,8 +275,8 @@ readTumFolder(const std::string& folder, const DatasetOptions& options)
     pairStreams(color, depth, options.max_time_difference, folder, recording);
   }
   findCalibration(folder, recording);
-  const std::string truth = (fs::path(folder) / "groundtruth.txt").string();
-  if (fs::exists(truth)) {
+  const std::string truth = truthFile(folder);
+  if (!truth.empty()) {
     try {
       recording.ground_truth = readTrajectory(truth);
     }
@@ -235,6 +285,7 @@ readTumFolder(const std::string& folder, const DatasetOptions& options)
       recording.skipped.push_back({truth, messageOf(error)});
     }
   }
+  turnDown(recording);
   return recording;
 }
 

@@ -40,6 +40,8 @@ unusedFiles(const Recording& recording, const std::string& folder)
   std::set<std::string> used;
   for (const RecordedFrame& frame : recording.frames)
     used.insert({normal(frame.color_file), normal(frame.depth_file), normal(frame.mask_file)});
+  for (const std::string& file : recording.other_files)
+    used.insert(normal(file));
   for (const SkippedFile& skipped : recording.skipped)
     used.insert(normal(skipped.file)); // named with its reason elsewhere
   std::vector<std::string> unused;

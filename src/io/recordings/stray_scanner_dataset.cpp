@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#include "io/recordings/confidence.h"
+#include "io/recordings/image_streams.h"
+#include "io/recordings/recorded_poses.h"
+#include "io/text_file.h"
+
+#include <boost/filesystem.hpp>
+#include <pcl/exceptions.h>
+
+#include <map>
+
+namespace bundle_icp {
+
+namespace fs = boost::filesystem;
+
+namespace {
+
+/** Time and pose of a frame, as a line of odometry.csv has them. */
+using Odometry = std::map<std::size_t, TimedPose>;
+
+Odometry
+readOdometry(const std::string& path)
+{
+  Odometry odometry;
+  for (const TextLine& line : readTextLines(path)) {
+    if (line.words[0] == "timestamp")
+      continue;
+    const std::vector<double> v = parseNumbers(line, path);
+    const std::string where = path + ":" + std::to_string(line.number);
+    // Later versions of the recorder append the intrinsics of the frame.
+    if (v.size() < 9 || v[1] < 0 || v[1] > 1e9)
+      throw pcl::IOException(where + ": expected timestamp, frame, x, y, z, qx, qy, qz, qw");
+    const Eigen::Quaterniond rotation(v[8], v[5], v[6], v[7]);
+    if (std::abs(rotation.norm() - 1) > 1e-2)
+      throw pcl::IOException(where + ": the quaternion is not of unit length");
+    odometry[std::size_t(v[1])] = {v[0],
+                                   Eigen::Translation3d(v[2], v[3], v[4]) * rotation.normalized()};
+  }
+  return odometry;
+}
+
+/** Gives frames their stamps, and the recording its poses. */
+void
+takeOdometry(const std::string& path, Recording& recording)
+{
+  const Odometry odometry = readOdometry(path);
+  std::vector<RecordedFrame> frames;
+  for (RecordedFrame& frame : recording.frames) {
+    const auto found = odometry.find(frame.id);
+    if (found == odometry.end()) {
+      recording.skipped.push_back({frame.color_file, "has no line in " + path});
+      continue;
+    }
+    frame.timestamp = found->second.timestamp;
+    recording.ground_truth.push_back(found->second);
+    frames.push_back(frame);
+  }
+  if (frames.empty())
+    throw pcl::IOException(path + ": has a line for none of the images");
+  recording.frames = std::move(frames);
+  checkStamps(path, recording);
+  finishEstimatedPoses("the device (ARKit)", recording);
+}
+
+void
+takeCamera(const std::string& path, Recording& recording)
+{
+  const std::vector<double> k = readNumbers(path, 9);
+  recording.intrinsics.emplace();
+  recording.intrinsics->fx = k[0];
+  recording.intrinsics->fy = k[4];
+  recording.intrinsics->cx = k[2];
+  recording.intrinsics->cy = k[5];
+  recording.intrinsics_source = path;
+}
+
+} // namespace
+
+bool
+isStrayScannerFolder(const std::string& folder)
+{
+  const fs::path place(folder);
+  return fs::exists(place / "odometry.csv") && fs::exists(place / "camera_matrix.csv") &&
+         fs::is_directory(place / "depth");
+}
+
+Recording
+readStrayScannerFolder(const std::string& folder, const DatasetOptions&)
+{
+  const fs::path place(folder);
+  if (!fs::is_directory(place / "rgb"))
+    throw pcl::IOException(
+        (place / "rgb.mp4").string() +
+        ": videos are not decoded; bring the frames to images with: mkdir " +
+        (place / "rgb").string() + " && ffmpeg -i " + (place / "rgb.mp4").string() +
+        " -fps_mode passthrough -start_number 0 " + (place / "rgb").string() + "/%06d.png");
+  Recording recording;
+  recording.format = "Stray Scanner";
+  recording.depth_scale = 1000;
+  recording.depth_scale_source = "the format (Stray Scanner)";
+  pairNumberedImages(listImages((place / "rgb").string()), listImages((place / "depth").string()),
+                     folder, recording);
+  takeOdometry((place / "odometry.csv").string(), recording);
+  takeCamera((place / "camera_matrix.csv").string(), recording);
+  useConfidence((place / "confidence").string(), recording);
+  return recording;
+}
+
+} // namespace bundle_icp
