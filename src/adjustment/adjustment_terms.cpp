@@ -5,7 +5,7 @@
 #include "adjustment/held_back.h"
 #include "common/parallel.h"
 
-#include <pcl/exceptions.h>
+#include <bundle_icp/common/exceptions.h>
 
 #include <algorithm>
 #include <array>
@@ -55,8 +55,8 @@ AdjustmentTerms::addFrames(const BundleAdjustmentProblem& problem, const SparseM
   std::set<std::size_t> known;
   const auto add = [&](std::size_t frame, bool pose_moves, bool depth_error_moves) {
     if (frame >= model.numFrames() || !model.isRegistered(frame))
-      throw pcl::BadArgumentException("adjustBundle: frame " + std::to_string(frame) +
-                                      " is not registered");
+      throw BadArgumentException("adjustBundle: frame " + std::to_string(frame) +
+                                 " is not registered");
     if (known.insert(frame).second)
       frames.push_back(
           {frame, pose_moves, depth_error_moves, {graph_.camera(), model.motion(frame)}});

@@ -5,9 +5,10 @@
 #include "adjustment/held_back.h"
 #include "adjustment/reduced_system.h"
 
+#include <bundle_icp/common/exceptions.h>
+
 #include <ceres/normal_prior.h>
 #include <pcl/console/print.h>
-#include <pcl/exceptions.h>
 
 #include <algorithm>
 #include <cmath>
@@ -194,7 +195,7 @@ checkOptions(const BundleAdjustmentOptions& options, const char* function)
 {
   std::string error;
   if (!options.isValid(&error))
-    throw pcl::BadArgumentException(std::string(function) + ": " + error);
+    throw BadArgumentException(std::string(function) + ": " + error);
 }
 
 } // namespace

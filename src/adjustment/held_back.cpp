@@ -4,7 +4,7 @@
 
 #include "adjustment/residuals.h"
 
-#include <pcl/exceptions.h>
+#include <bundle_icp/common/exceptions.h>
 
 #include <algorithm>
 #include <cmath>
@@ -40,7 +40,7 @@ heldBackCost(const ImageGraph& graph, const BundleAdjustmentProblem& problem,
 {
   std::string error;
   if (!options.isValid(&error))
-    throw pcl::BadArgumentException("heldBackCost: " + error);
+    throw BadArgumentException("heldBackCost: " + error);
   std::set<std::size_t> frames(problem.variable.begin(), problem.variable.end());
   frames.insert(problem.constant.begin(), problem.constant.end());
   std::map<std::size_t, double> cost_of_frame;

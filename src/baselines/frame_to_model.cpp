@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include <bundle_icp/baselines/frame_to_model.h>
+
+#include <bundle_icp/common/exceptions.h>
 #include <bundle_icp/registration/bundle_icp.h>
 #include <bundle_icp/volume/tsdf_raycast.h>
 
 #include <opencv2/core.hpp>
-#include <pcl/exceptions.h>
 
 #include <cmath>
 #include <optional>
@@ -241,7 +242,7 @@ FrameToModelTracker::FrameToModelTracker(const CameraIntrinsics& camera,
 {
   std::string error;
   if (!options.isValid(&error) || !camera.isValid(&error))
-    throw pcl::BadArgumentException("FrameToModelTracker: " + error);
+    throw BadArgumentException("FrameToModelTracker: " + error);
   impl_ = std::make_unique<Impl>(camera, options);
 }
 

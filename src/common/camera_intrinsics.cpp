@@ -2,7 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include <bundle_icp/common/camera_intrinsics.h>
 
-#include <pcl/exceptions.h>
+#include <bundle_icp/common/exceptions.h>
 
 #include <algorithm>
 #include <cmath>
@@ -75,8 +75,7 @@ parseIntrinsics(const std::string& text)
   for (double value; stream >> value;)
     values.push_back(value);
   if (!stream.eof() || (values.size() != 4 && values.size() != 9))
-    throw pcl::BadArgumentException("intrinsics '" + text +
-                                    "': expected fx,fy,cx,cy[,k1,k2,p1,p2,k3]");
+    throw BadArgumentException("intrinsics '" + text + "': expected fx,fy,cx,cy[,k1,k2,p1,p2,k3]");
   CameraIntrinsics camera;
   camera.fx = values[0];
   camera.fy = values[1];

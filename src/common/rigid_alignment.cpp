@@ -2,8 +2,9 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include <bundle_icp/common/rigid_alignment.h>
 
+#include <bundle_icp/common/exceptions.h>
+
 #include <Eigen/Dense>
-#include <pcl/exceptions.h>
 
 #include <algorithm>
 #include <array>
@@ -208,7 +209,7 @@ robustRigidAlignment(const std::vector<PointPair>& pairs, const RigidAlignmentOp
 {
   std::string error;
   if (!options.isValid(&error))
-    throw pcl::BadArgumentException("robustRigidAlignment: " + error);
+    throw BadArgumentException("robustRigidAlignment: " + error);
   if (pairs.size() < 3)
     return {};
   const double limit = options.inlier_sigmas * options.inlier_sigmas;

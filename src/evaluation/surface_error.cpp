@@ -2,10 +2,11 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include <bundle_icp/evaluation/surface_error.h>
 
+#include <bundle_icp/common/exceptions.h>
+
 #include <pcl/common/io.h>
 #include <pcl/common/point_tests.h>
 #include <pcl/conversions.h>
-#include <pcl/exceptions.h>
 #include <pcl/kdtree/kdtree_flann.h>
 
 #include <cmath>
@@ -20,7 +21,7 @@ using Cloud = pcl::PointCloud<pcl::PointXYZ>;
 [[noreturn]] void
 fail(const std::string& reason)
 {
-  throw pcl::BadArgumentException("surfaceError: " + reason);
+  throw BadArgumentException("surfaceError: " + reason);
 }
 
 Cloud

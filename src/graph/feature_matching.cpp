@@ -6,7 +6,7 @@
 #include "graph/descriptor_products.h"
 #include "graph/descriptor_tree.h"
 
-#include <pcl/exceptions.h>
+#include <bundle_icp/common/exceptions.h>
 
 #include <algorithm>
 #include <memory>
@@ -90,12 +90,12 @@ checkArguments(std::size_t num_features,
 {
   std::string error;
   if (!options.isValid(&error))
-    throw pcl::BadArgumentException("matchPairs: " + error);
+    throw BadArgumentException("matchPairs: " + error);
   for (const auto& [i, j] : candidates)
     if (i >= num_features || j >= num_features || i == j)
-      throw pcl::BadArgumentException("matchPairs: candidate pair " + std::to_string(i) + ", " +
-                                      std::to_string(j) + " of " + std::to_string(num_features) +
-                                      " images");
+      throw BadArgumentException("matchPairs: candidate pair " + std::to_string(i) + ", " +
+                                 std::to_string(j) + " of " + std::to_string(num_features) +
+                                 " images");
 }
 
 } // namespace

@@ -2,9 +2,10 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include <bundle_icp/graph/features.h>
 
+#include <bundle_icp/common/exceptions.h>
+
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
-#include <pcl/exceptions.h>
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -152,13 +153,12 @@ checkArguments(const RGBDFrame& frame, const CameraIntrinsics& camera,
 {
   std::string error;
   if (!options.isValid(&error) || !camera.isValid(&error))
-    throw pcl::BadArgumentException("extractFeatures: " + error);
+    throw BadArgumentException("extractFeatures: " + error);
   const cv::Size size(camera.width, camera.height);
   if (frame.color.type() != CV_8UC3 || frame.depth.type() != CV_32FC1 ||
       frame.color.size() != size || frame.depth.size() != size)
-    throw pcl::BadArgumentException(
-        "extractFeatures: frame " + std::to_string(frame.id) +
-        " needs CV_8UC3 colour and CV_32FC1 depth of the camera's size");
+    throw BadArgumentException("extractFeatures: frame " + std::to_string(frame.id) +
+                               " needs CV_8UC3 colour and CV_32FC1 depth of the camera's size");
 }
 
 } // namespace

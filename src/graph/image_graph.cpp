@@ -2,8 +2,9 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include <bundle_icp/graph/image_graph.h>
 
+#include <bundle_icp/common/exceptions.h>
+
 #include <boost/graph/adjacency_list.hpp>
-#include <pcl/exceptions.h>
 
 #include <algorithm>
 #include <optional>
@@ -82,7 +83,7 @@ ImageGraph::ImageGraph(const CameraIntrinsics& camera, const ImageGraphOptions& 
 {
   std::string error;
   if (!options.isValid(&error) || !camera.isValid(&error))
-    throw pcl::BadArgumentException("ImageGraph: " + error);
+    throw BadArgumentException("ImageGraph: " + error);
   impl_->camera = camera;
   impl_->options = options;
 }
@@ -183,7 +184,7 @@ ImageGraph::append(std::vector<ImageNode> frames, bool ordered_in_time,
                    const ProgressCallback& progress)
 {
   if (!impl_->has_descriptors)
-    throw pcl::BadArgumentException(
+    throw BadArgumentException(
         "ImageGraph: the descriptors were released; no image can be appended");
   Graph& graph = impl_->graph;
   const std::size_t first_new = boost::num_vertices(graph);

@@ -4,7 +4,7 @@
 
 #include "common/parallel.h"
 
-#include <pcl/exceptions.h>
+#include <bundle_icp/common/exceptions.h>
 
 #include <algorithm>
 #include <limits>
@@ -87,7 +87,7 @@ ImageRetrieval::ImageRetrieval(const std::vector<const Features*>& frames,
 {
   std::string error;
   if (!options.isValid(&error))
-    throw pcl::BadArgumentException("ImageRetrieval: " + error);
+    throw BadArgumentException("ImageRetrieval: " + error);
   std::size_t total = 0;
   for (const Features* frame : frames)
     total += frame->size();

@@ -4,11 +4,11 @@
 
 #include "io/text_file.h"
 
+#include <bundle_icp/common/exceptions.h>
 #include <bundle_icp/io/atomic_file.h>
 
 #include <boost/filesystem.hpp>
 #include <nlohmann/json.hpp>
-#include <pcl/exceptions.h>
 
 #include <cmath>
 #include <fstream>
@@ -25,9 +25,9 @@ double
 numberIn(const Json& object, const char* key, const std::string& name)
 {
   if (!object.is_object() || !object.contains(key))
-    throw pcl::IOException(name + " is missing");
+    throw IOException(name + " is missing");
   if (!object[key].is_number() || !std::isfinite(object[key].get<double>()))
-    throw pcl::IOException(name + " is not a number");
+    throw IOException(name + " is not a number");
   return object[key];
 }
 
@@ -46,15 +46,15 @@ requireCamera(const Json& json, const CameraIntrinsics& camera)
   const double width = numberIn(json, "width", "camera: width");
   const double height = numberIn(json, "height", "camera: height");
   if (width != camera.width || height != camera.height)
-    throw pcl::IOException("made for images of " + toText(width) + "x" + toText(height) + ", not " +
-                           std::to_string(camera.width) + "x" + std::to_string(camera.height));
+    throw IOException("made for images of " + toText(width) + "x" + toText(height) + ", not " +
+                      std::to_string(camera.width) + "x" + std::to_string(camera.height));
   const std::pair<const char*, double> expected[] = {
       {"fx", camera.fx}, {"fy", camera.fy}, {"cx", camera.cx}, {"cy", camera.cy}};
   for (const auto& [name, value] : expected) {
     const double found = numberIn(json, name, std::string("camera: ") + name);
     if (std::abs(found - value) > 1e-3)
-      throw pcl::IOException(std::string("made for a camera of ") + name + " " + toText(found) +
-                             ", not " + toText(value));
+      throw IOException(std::string("made for a camera of ") + name + " " + toText(found) +
+                        ", not " + toText(value));
   }
 }
 
@@ -68,7 +68,7 @@ readParameter(const std::string& name, const Json& json, Calibration& calibratio
         calibration.deviations[i] = numberIn(json, "deviation", name + ": deviation");
       return;
     }
-  throw pcl::IOException("'" + name + "' is not a parameter");
+  throw IOException("'" + name + "' is not a parameter");
 }
 
 Calibration
@@ -76,9 +76,9 @@ parse(const std::string& text, const CameraIntrinsics& camera)
 {
   const Json json = Json::parse(text, nullptr, false);
   if (!json.is_object())
-    throw pcl::IOException("is not a JSON object");
+    throw IOException("is not a JSON object");
   if (!json.contains("camera"))
-    throw pcl::IOException("camera is missing");
+    throw IOException("camera is missing");
   requireCamera(json["camera"], camera);
   Calibration calibration;
   if (json.contains("depth_scale"))
@@ -86,12 +86,12 @@ parse(const std::string& text, const CameraIntrinsics& camera)
   if (calibration.depth_scale != 1)
     calibration.depth_scale_origin = DepthScaleOrigin::CALIBRATION_FILE;
   if (!json.contains("parameters") || !json["parameters"].is_object())
-    throw pcl::IOException("parameters are missing");
+    throw IOException("parameters are missing");
   for (const auto& [name, parameter] : json["parameters"].items())
     readParameter(name, parameter, calibration);
   std::string error;
   if (!calibration.isValid(&error))
-    throw pcl::IOException(error);
+    throw IOException(error);
   return calibration;
 }
 
@@ -119,7 +119,7 @@ writeCalibration(const std::string& path, const Calibration& calibration,
     std::ofstream file(temporary, std::ios::binary);
     file << json.dump(2) << "\n";
     if (!file.flush())
-      throw pcl::IOException(path + ": cannot be written, is the disk full?");
+      throw IOException(path + ": cannot be written, is the disk full?");
   });
 }
 
@@ -131,7 +131,7 @@ readCalibration(const std::string& path, const CameraIntrinsics& camera)
     return parse(text, camera);
   }
   catch (const pcl::IOException& error) {
-    throw pcl::IOException(path + ": " + messageOf(error));
+    throw IOException(path + ": " + messageOf(error));
   }
 }
 
@@ -141,8 +141,8 @@ readDepthNoise(const std::string& sensor)
   if (const std::optional<DepthNoise> known = depthNoiseOf(sensor))
     return *known;
   if (!boost::filesystem::exists(sensor))
-    throw pcl::IOException(sensor + ": no such file, and no sensor of that name; known are kinect, "
-                                    "d400, tof and lidar");
+    throw IOException(sensor + ": no such file, and no sensor of that name; known are kinect, "
+                               "d400, tof and lidar");
   const Json json = Json::parse(readBytes(sensor), nullptr, false);
   std::string error = "is not a JSON object";
   if (json.is_object())
@@ -156,7 +156,7 @@ readDepthNoise(const std::string& sensor)
     catch (const pcl::IOException& fault) {
       error = messageOf(fault);
     }
-  throw pcl::IOException(sensor + ": " + error);
+  throw IOException(sensor + ": " + error);
 }
 
 } // namespace bundle_icp

@@ -2,8 +2,9 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "io/file_system.h"
 
+#include <bundle_icp/common/exceptions.h>
+
 #include <boost/filesystem.hpp>
-#include <pcl/exceptions.h>
 
 #include <cerrno>
 #include <cstdio>
@@ -18,7 +19,7 @@ namespace fs = boost::filesystem;
 void
 failWriting(const std::string& path, const std::string& reason)
 {
-  throw pcl::IOException(path + ": cannot be written: " + reason);
+  throw IOException(path + ": cannot be written: " + reason);
 }
 
 fs::path

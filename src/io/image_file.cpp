@@ -4,6 +4,8 @@
 
 #include "io/text_file.h"
 
+#include <bundle_icp/common/exceptions.h>
+
 #include <opencv2/imgcodecs.hpp>
 
 #include <algorithm>
@@ -87,13 +89,13 @@ cv::Mat
 decodeImage(std::string_view bytes, const std::string& path, int flags)
 {
   if (bytes.empty())
-    throw pcl::IOException(path + ": the file is empty");
+    throw IOException(path + ": the file is empty");
   if (isTruncated(bytes))
-    throw pcl::IOException(path + ": the image is truncated");
+    throw IOException(path + ": the image is truncated");
   // Before memory is taken for them: a damaged header claims any number.
   if (const std::size_t pixels = claimedPixels(bytes); pixels > MOST_PIXELS)
-    throw pcl::IOException(path + ": its header claims " + std::to_string(pixels / 1000000) +
-                           " million pixels");
+    throw IOException(path + ": its header claims " + std::to_string(pixels / 1000000) +
+                      " million pixels");
   if (startsWith(bytes, "\x76\x2f\x31\x01"))
     enableOpenExr();
   cv::Mat image;
@@ -105,7 +107,7 @@ decodeImage(std::string_view bytes, const std::string& path, int flags)
     // The image stays empty: OpenCV's text names its own source lines, not the fault.
   }
   if (image.empty())
-    throw pcl::IOException(path + ": cannot be decoded as an image (corrupt, or of another kind)");
+    throw IOException(path + ": cannot be decoded as an image (corrupt, or of another kind)");
   return image;
 }
 

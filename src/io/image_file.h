@@ -2,17 +2,18 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #pragma once
 
+#include <bundle_icp/common/exceptions.h>
+
 #include <opencv2/core/mat.hpp>
-#include <pcl/exceptions.h>
 #include <string>
 #include <string_view>
 
 namespace bundle_icp {
 
 /** A readable image of the wrong kind: likely all images of the recording have the same fault. */
-class UnsuitableImage : public pcl::IOException {
+class UnsuitableImage : public IOException {
 public:
-  using pcl::IOException::IOException;
+  using IOException::PlainException;
 };
 
 /** Reads a colour image: CV_8UC3 BGR, as stored (no rotation by EXIF: depth knows

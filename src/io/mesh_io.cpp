@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "io/mesh_layout.h"
+
 #include "io/text_file.h"
 
+#include <bundle_icp/common/exceptions.h>
 #include <bundle_icp/io/atomic_file.h>
 #include <bundle_icp/io/mesh_io.h>
 
 #include <boost/algorithm/string/case_conv.hpp>
 #include <boost/filesystem/path.hpp>
-#include <pcl/exceptions.h>
 
 #include <cstdint>
 #include <cstring>
@@ -22,7 +23,7 @@ namespace {
 [[noreturn]] void
 refuse(const std::string& path, const std::string& reason)
 {
-  throw pcl::BadArgumentException("writeMesh " + path + ": " + reason);
+  throw BadArgumentException("writeMesh " + path + ": " + reason);
 }
 
 VertexLayout
@@ -100,7 +101,7 @@ writeMesh(const std::string& path, const pcl::PolygonMesh& mesh)
       (format == ".obj" ? encodeOBJ : encodeSTL)(mesh, layout, file);
     file.close();
     if (!file)
-      throw pcl::IOException("writeMesh " + path + ": cannot write all of it");
+      throw IOException("writeMesh " + path + ": cannot write all of it");
   });
 }
 
@@ -112,7 +113,7 @@ readMesh(const std::string& path)
     return decodePLY(bytes);
   }
   catch (const std::runtime_error& error) {
-    throw pcl::IOException(path + ": cannot be read as PLY: " + error.what());
+    throw IOException(path + ": cannot be read as PLY: " + error.what());
   }
 }
 

@@ -4,10 +4,10 @@
 
 #include "io/text_file.h"
 
+#include <bundle_icp/common/exceptions.h>
 #include <bundle_icp/io/calibration_io.h>
 
 #include <boost/filesystem.hpp>
-#include <pcl/exceptions.h>
 
 #include <algorithm>
 #include <cmath>
@@ -26,9 +26,9 @@ matrixOf(const std::vector<double>& numbers, const std::string& source)
     return matrix;
   }
   if (numbers.size() != 3 && numbers.size() != 7)
-    throw pcl::IOException(source + ": " + std::to_string(numbers.size()) +
-                           " numbers where the place of the depth camera is expected: tx ty tz "
-                           "[qx qy qz qw] in metres, or a matrix of 4x4");
+    throw IOException(source + ": " + std::to_string(numbers.size()) +
+                      " numbers where the place of the depth camera is expected: tx ty tz "
+                      "[qx qy qz qw] in metres, or a matrix of 4x4");
   matrix.topRightCorner<3, 1>() << numbers[0], numbers[1], numbers[2];
   if (numbers.size() == 7)
     matrix.topLeftCorner<3, 3>() =
@@ -43,13 +43,13 @@ depthToColor(const std::vector<double>& numbers, const std::string& source)
 {
   const Eigen::Matrix4d matrix = matrixOf(numbers, source);
   if (!isRigid(matrix) || matrix.row(3) != Eigen::RowVector4d(0, 0, 0, 1))
-    throw pcl::IOException(source + ": depth to colour is no rigid motion; expected a rotation "
-                                    "and a translation, row by row, with 0 0 0 1 as last row");
+    throw IOException(source + ": depth to colour is no rigid motion; expected a rotation "
+                               "and a translation, row by row, with 0 0 0 1 as last row");
   const Pose pose = closestPose(matrix);
   const double distance = pose.translation().norm();
   if (distance > 1)
-    throw pcl::IOException(source + ": the depth camera is " + shortText(distance, 4) +
-                           " m from the colour camera; lengths are in metres");
+    throw IOException(source + ": the depth camera is " + shortText(distance, 4) +
+                      " m from the colour camera; lengths are in metres");
   return pose;
 }
 
@@ -65,7 +65,7 @@ readDepthToColor(const std::string& text)
     return depthToColor(numbers, text);
   }
   if (text.find_first_not_of("0123456789+-.eE, ") != std::string::npos)
-    throw pcl::IOException(text + ": no such file, and no numbers tx,ty,tz[,qx,qy,qz,qw]");
+    throw IOException(text + ": no such file, and no numbers tx,ty,tz[,qx,qy,qz,qw]");
   for (const std::string& word : splitWords(text))
     numbers.push_back(parseNumbers({1, {word}}, text).front());
   return depthToColor(numbers, text);

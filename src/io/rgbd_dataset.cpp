@@ -4,8 +4,9 @@
 
 #include "io/recordings/dataset_formats.h"
 
+#include <bundle_icp/common/exceptions.h>
+
 #include <boost/filesystem.hpp>
-#include <pcl/exceptions.h>
 
 #include <algorithm>
 #include <cmath>
@@ -87,10 +88,10 @@ readRecording(const std::string& path, const DatasetOptions& options)
   if (const RecordingFormat* const format = findFormat(path))
     return format->read(path, options);
   if (!fs::is_directory(path))
-    throw pcl::IOException(path + ": is not a folder, and no recording in one file. " +
-                           howToLayOut(folderOf(path)));
-  throw pcl::IOException(path + ": unknown format" + recordingsWithin(path) +
-                         recordingsOfOtherKinds(path) + ". " + howToLayOut(path));
+    throw IOException(path + ": is not a folder, and no recording in one file. " +
+                      howToLayOut(folderOf(path)));
+  throw IOException(path + ": unknown format" + recordingsWithin(path) +
+                    recordingsOfOtherKinds(path) + ". " + howToLayOut(path));
 }
 
 void
@@ -99,14 +100,14 @@ checkPath(const std::string& path)
   boost::system::error_code code;
   const fs::file_status status = fs::status(path, code);
   if (!fs::exists(status))
-    throw pcl::IOException(path + ": no such folder");
+    throw IOException(path + ": no such folder");
   if (!fs::is_directory(status))
     return;
   const bool is_empty = fs::is_empty(path, code);
   if (code)
-    throw pcl::IOException(path + ": cannot be read: " + code.message());
+    throw IOException(path + ": cannot be read: " + code.message());
   if (is_empty)
-    throw pcl::IOException(path + ": the folder is empty");
+    throw IOException(path + ": the folder is empty");
 }
 
 } // namespace
@@ -172,13 +173,13 @@ openDataset(const std::string& path, const DatasetOptions& options)
 {
   std::string error;
   if (!options.isValid(&error))
-    throw pcl::BadArgumentException("openDataset: " + error);
+    throw BadArgumentException("openDataset: " + error);
   try {
     checkPath(path);
     return makeImageFileDataset(readRecording(path, options), folderOf(path), options);
   }
   catch (const fs::filesystem_error& fault) {
-    throw pcl::IOException(path + ": " + fault.what());
+    throw IOException(path + ": " + fault.what());
   }
 }
 

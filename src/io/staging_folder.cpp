@@ -5,10 +5,10 @@
 #include "io/file_system.h"
 #include "io/text_file.h"
 
+#include <bundle_icp/common/exceptions.h>
 #include <bundle_icp/io/atomic_file.h>
 
 #include <boost/filesystem.hpp>
-#include <pcl/exceptions.h>
 
 #include <fcntl.h>
 #include <fstream>
@@ -184,8 +184,7 @@ makeFolder(const std::string& folder)
     return;
   fs::create_directories(fs::absolute(folder).lexically_normal(), error);
   if (!fs::is_directory(folder))
-    throw pcl::IOException(folder + ": cannot be made a folder" +
-                           (error ? ": " + error.message() : ""));
+    throw IOException(folder + ": cannot be made a folder" + (error ? ": " + error.message() : ""));
 }
 
 void

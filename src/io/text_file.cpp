@@ -2,9 +2,8 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "io/text_file.h"
 
+#include <bundle_icp/common/exceptions.h>
 #include <bundle_icp/common/printable_text.h>
-
-#include <pcl/exceptions.h>
 
 #include <boost/filesystem.hpp>
 
@@ -30,9 +29,9 @@ parseNumber(const std::string& word, const std::string& where)
   double value = 0;
   const auto [rest, code] = std::from_chars(begin, end, value);
   if (code != std::errc() || rest != end)
-    throw pcl::IOException(where + quoted(word) + " is not a number");
+    throw IOException(where + quoted(word) + " is not a number");
   if (!std::isfinite(value))
-    throw pcl::IOException(where + quoted(word) + " is not a finite number");
+    throw IOException(where + quoted(word) + " is not a finite number");
   return value;
 }
 
@@ -45,22 +44,22 @@ readBytes(const std::string& path, std::uint64_t largest)
   boost::system::error_code error;
   const fs::file_status status = fs::status(path, error);
   if (fs::is_directory(status))
-    throw pcl::IOException(path + ": is a folder, not a file");
+    throw IOException(path + ": is a folder, not a file");
   // A pipe without a writer would be waited for forever.
   if (fs::exists(status) && !fs::is_regular_file(status))
-    throw pcl::IOException(path + ": is not a regular file");
+    throw IOException(path + ": is not a regular file");
   std::ifstream file(path, std::ios::binary);
   if (!file)
-    throw pcl::IOException(path + ": cannot be opened: " + std::strerror(errno));
+    throw IOException(path + ": cannot be opened: " + std::strerror(errno));
   file.seekg(0, std::ios::end);
   const auto size = std::uint64_t(std::max<std::streamoff>(0, file.tellg()));
   if (size > largest)
-    throw pcl::IOException(path + ": is too large: " + std::to_string(size) + " bytes");
+    throw IOException(path + ": is too large: " + std::to_string(size) + " bytes");
   std::string bytes(std::size_t(size), '\0');
   file.seekg(0);
   file.read(bytes.data(), std::streamsize(bytes.size()));
   if (!file)
-    throw pcl::IOException(path + ": cannot be read: " + std::strerror(errno));
+    throw IOException(path + ": cannot be read: " + std::strerror(errno));
   return bytes;
 }
 

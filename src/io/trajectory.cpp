@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include <bundle_icp/io/atomic_file.h>
+
+#include <bundle_icp/common/exceptions.h>
 #include <bundle_icp/io/trajectory.h>
 
 #include "io/text_file.h"
-
-#include <pcl/exceptions.h>
 
 #include <cerrno>
 #include <cmath>
@@ -24,13 +24,13 @@ parsePose(const TextLine& line, const std::string& path)
 {
   const std::string where = path + ":" + std::to_string(line.number) + ": ";
   if (line.words.size() != 8)
-    throw pcl::IOException(where + std::to_string(line.words.size()) +
-                           " words; expected 8: timestamp tx ty tz qx qy qz qw");
+    throw IOException(where + std::to_string(line.words.size()) +
+                      " words; expected 8: timestamp tx ty tz qx qy qz qw");
   const std::vector<double> v = parseNumbers(line, path);
   const Eigen::Quaterniond rotation(v[7], v[4], v[5], v[6]);
   if (std::abs(rotation.norm() - 1) > 1e-2)
-    throw pcl::IOException(where + "the quaternion has length " + std::to_string(rotation.norm()) +
-                           "; expected 1");
+    throw IOException(where + "the quaternion has length " + std::to_string(rotation.norm()) +
+                      "; expected 1");
   TimedPose pose;
   pose.timestamp = v[0];
   pose.world_from_camera.linear() = rotation.normalized().toRotationMatrix();
@@ -49,7 +49,7 @@ readTrajectory(const std::string& path)
     poses[pose.timestamp] = pose;
   }
   if (poses.empty())
-    throw pcl::IOException(path + ": holds no pose");
+    throw IOException(path + ": holds no pose");
   Trajectory trajectory;
   for (const auto& [timestamp, pose] : poses)
     trajectory.push_back(pose);
@@ -76,7 +76,7 @@ writeTrajectory(const std::string& path, const Trajectory& trajectory)
     }
     file.close();
     if (!file)
-      throw pcl::IOException(path + ": cannot be written: " + std::strerror(errno));
+      throw IOException(path + ": cannot be written: " + std::strerror(errno));
   });
 }
 
@@ -87,7 +87,7 @@ readTimestamps(const std::string& path)
   for (const TextLine& line : readTextLines(path))
     timestamps.push_back(parseNumbers({line.number, {line.words[0]}}, path).front());
   if (timestamps.empty())
-    throw pcl::IOException(path + ": holds no time stamp");
+    throw IOException(path + ": holds no time stamp");
   return timestamps;
 }
 

@@ -8,7 +8,7 @@
 #include "mapping/registration_by_time.h"
 #include "refinement/false_connections.h"
 
-#include <pcl/exceptions.h>
+#include <bundle_icp/common/exceptions.h>
 
 #include <algorithm>
 #include <optional>
@@ -97,15 +97,15 @@ IncrementalMapper::IncrementalMapper(const ImageGraph& graph, DepthViewProvider 
 {
   std::string error;
   if (!options.isValid(&error))
-    throw pcl::BadArgumentException("IncrementalMapper: " + error);
+    throw BadArgumentException("IncrementalMapper: " + error);
   if (!depth_views)
-    throw pcl::BadArgumentException("IncrementalMapper: no provider of depth views");
+    throw BadArgumentException("IncrementalMapper: no provider of depth views");
   const DepthViewProvider checked =
       [depth_views = std::move(depth_views)](std::size_t frame, const SparseModel& model) {
         auto view = depth_views(frame, model);
         if (!view)
-          throw pcl::BadArgumentException("IncrementalMapper: no depth view of frame " +
-                                          std::to_string(frame));
+          throw BadArgumentException("IncrementalMapper: no depth view of frame " +
+                                     std::to_string(frame));
         return view;
       };
   impl_ = std::make_unique<Impl>(graph, checked, options);

@@ -2,9 +2,8 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "mesh/mesh_editing.h"
 
+#include <bundle_icp/common/exceptions.h>
 #include <bundle_icp/mesh/mesh_cleaning.h>
-
-#include <pcl/exceptions.h>
 
 #include <cmath>
 #include <cstring>
@@ -216,7 +215,7 @@ cleanMesh(SurfaceMesh& mesh, const MeshCleaningOptions& options)
 {
   std::string error;
   if (!options.isValid(&error))
-    throw pcl::BadArgumentException(error);
+    throw BadArgumentException(error);
   checkLists(mesh, "cleanMesh");
   const std::size_t duplicates = mergeVertices(mesh);
   const std::size_t degenerate = removeDegenerateTriangles(mesh);

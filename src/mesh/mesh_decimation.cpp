@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "mesh/edge_collapse.h"
+
 #include "mesh/mesh_editing.h"
 #include "mesh/triangle_distance.h"
 
+#include <bundle_icp/common/exceptions.h>
 #include <bundle_icp/mesh/mesh_decimation.h>
 
-#include <pcl/exceptions.h>
 #include <pcl/kdtree/kdtree_flann.h>
 
 #include <cmath>
@@ -55,12 +56,11 @@ checkArguments(const SurfaceMesh& mesh, const MeshDecimationOptions& options)
 {
   std::string error;
   if (!options.isValid(&error))
-    throw pcl::BadArgumentException(error);
+    throw BadArgumentException(error);
   checkLists(mesh, "decimateMesh");
   for (std::size_t i = 0; i < mesh.vertices.size(); ++i)
     if (!mesh.vertices[i].allFinite())
-      throw pcl::BadArgumentException("decimateMesh: vertex " + std::to_string(i) +
-                                      " is not finite");
+      throw BadArgumentException("decimateMesh: vertex " + std::to_string(i) + " is not finite");
 }
 
 } // namespace

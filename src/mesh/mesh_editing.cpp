@@ -2,7 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "mesh/mesh_editing.h"
 
-#include <pcl/exceptions.h>
+#include <bundle_icp/common/exceptions.h>
 
 #include <algorithm>
 #include <cmath>
@@ -17,9 +17,8 @@ checkLists(const SurfaceMesh& mesh, const char* caller)
   const std::size_t size = mesh.vertices.size();
   const auto check = [&](const char* name, std::size_t entries) {
     if (entries != 0 && entries != size)
-      throw pcl::BadArgumentException(std::string(caller) + ": the mesh has " +
-                                      std::to_string(size) + " vertices, but " +
-                                      std::to_string(entries) + " " + name);
+      throw BadArgumentException(std::string(caller) + ": the mesh has " + std::to_string(size) +
+                                 " vertices, but " + std::to_string(entries) + " " + name);
   };
   check("normals", mesh.normals.size());
   check("colors", mesh.colors.size());
@@ -28,8 +27,8 @@ checkLists(const SurfaceMesh& mesh, const char* caller)
   for (const Triangle& triangle : mesh.triangles)
     for (const std::uint32_t vertex : triangle)
       if (vertex >= size)
-        throw pcl::BadArgumentException(std::string(caller) + ": a triangle names vertex " +
-                                        std::to_string(vertex) + " of " + std::to_string(size));
+        throw BadArgumentException(std::string(caller) + ": a triangle names vertex " +
+                                   std::to_string(vertex) + " of " + std::to_string(size));
 }
 
 void

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "common/parallel.h"
+
 #include "mesh/mesh_editing.h"
 
+#include <bundle_icp/common/exceptions.h>
 #include <bundle_icp/mesh/mesh_smoothing.h>
-
-#include <pcl/exceptions.h>
 
 #include <cmath>
 
@@ -153,7 +153,7 @@ smoothMesh(SurfaceMesh& mesh, const MeshSmoothingOptions& options)
 {
   std::string error;
   if (!options.isValid(&error))
-    throw pcl::BadArgumentException(error);
+    throw BadArgumentException(error);
   checkLists(mesh, "smoothMesh");
   if (options.iterations == 0 || mesh.normals.empty() || mesh.deviations.empty())
     return;

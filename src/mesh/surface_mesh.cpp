@@ -2,7 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "mesh/mesh_editing.h"
 
-#include <pcl/exceptions.h>
+#include <bundle_icp/common/exceptions.h>
 
 #include <cstring>
 #include <limits>
@@ -39,8 +39,8 @@ public:
   {
     const std::size_t bytes = std::size_t(cloud_.point_step) * cloud_.width;
     if (bytes > std::numeric_limits<std::uint32_t>::max())
-      throw pcl::BadArgumentException("toPolygonMesh: " + std::to_string(cloud_.width) +
-                                      " vertices are more than a PCLPointCloud2 can hold");
+      throw BadArgumentException("toPolygonMesh: " + std::to_string(cloud_.width) +
+                                 " vertices are more than a PCLPointCloud2 can hold");
     cloud_.row_step = std::uint32_t(bytes);
     cloud_.data.resize(bytes);
     next_ = cloud_.data.data();
@@ -164,11 +164,11 @@ toSurfaceMesh(const pcl::PolygonMesh& mesh)
   const pcl::PCLPointCloud2& cloud = mesh.cloud;
   const std::size_t size = std::size_t(cloud.width) * cloud.height;
   if (cloud.data.size() < size * cloud.point_step)
-    throw pcl::BadArgumentException("toSurfaceMesh: the cloud holds less data than its " +
-                                    std::to_string(size) + " vertices need");
+    throw BadArgumentException("toSurfaceMesh: the cloud holds less data than its " +
+                               std::to_string(size) + " vertices need");
   SurfaceMesh result;
   if (!readVectors(cloud, {"x", "y", "z"}, result.vertices))
-    throw pcl::BadArgumentException("toSurfaceMesh: the vertices have no x, y, z as 32 bit floats");
+    throw BadArgumentException("toSurfaceMesh: the vertices have no x, y, z as 32 bit floats");
   readVectors(cloud, {"normal_x", "normal_y", "normal_z"}, result.normals);
   readColors(cloud, result);
   readScalars(cloud, "weight", result.weights);
@@ -176,8 +176,8 @@ toSurfaceMesh(const pcl::PolygonMesh& mesh)
   for (const pcl::Vertices& polygon : mesh.polygons) {
     for (const auto vertex : polygon.vertices)
       if (std::size_t(vertex) >= size)
-        throw pcl::BadArgumentException("toSurfaceMesh: a polygon names vertex " +
-                                        std::to_string(vertex) + " of " + std::to_string(size));
+        throw BadArgumentException("toSurfaceMesh: a polygon names vertex " +
+                                   std::to_string(vertex) + " of " + std::to_string(size));
     for (std::size_t i = 2; i < polygon.vertices.size(); ++i)
       result.triangles.push_back({std::uint32_t(polygon.vertices[0]),
                                   std::uint32_t(polygon.vertices[i - 1]),

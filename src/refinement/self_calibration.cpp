@@ -5,7 +5,7 @@
 #include "adjustment/held_back.h"
 #include "common/parallel.h"
 
-#include <pcl/exceptions.h>
+#include <bundle_icp/common/exceptions.h>
 
 #include <algorithm>
 #include <cmath>
@@ -363,7 +363,7 @@ selfCalibrate(const ImageGraph& graph, const std::vector<std::size_t>& frames,
 {
   std::string error;
   if (!options.isValid(&error))
-    throw pcl::BadArgumentException("selfCalibrate: " + error);
+    throw BadArgumentException("selfCalibrate: " + error);
   SelfCalibrationResult untested;
   untested.tests = candidates(options);
   if (untested.tests.empty() || frames.size() < options.min_frames)

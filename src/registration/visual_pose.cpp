@@ -2,7 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include <bundle_icp/registration/visual_pose.h>
 
-#include <pcl/exceptions.h>
+#include <bundle_icp/common/exceptions.h>
 
 #include <cmath>
 #include <string>
@@ -45,7 +45,7 @@ estimateVisualPose(const VisualCorrespondences& correspondences, const VisualPos
 {
   std::string error;
   if (!options.isValid(&error) || !isValid(correspondences, &error))
-    throw pcl::BadArgumentException("estimateVisualPose: " + error);
+    throw BadArgumentException("estimateVisualPose: " + error);
   if (correspondences.source.size() < options.min_inliers)
     return std::nullopt;
   std::vector<PointPair> pairs;

@@ -8,7 +8,7 @@
 #include "scan/check_together.h"
 #include "scan/read_frame.h"
 
-#include <pcl/exceptions.h>
+#include <bundle_icp/common/exceptions.h>
 
 #include <algorithm>
 #include <cmath>
@@ -356,9 +356,9 @@ checkRecording(const RGBDDataset& dataset, const CheckOptions& options)
 {
   std::string error;
   if (!options.isValid(&error))
-    throw pcl::BadArgumentException("checkRecording: " + error);
+    throw BadArgumentException("checkRecording: " + error);
   if (dataset.size() == 0)
-    throw pcl::BadArgumentException("checkRecording: the recording has no frame");
+    throw BadArgumentException("checkRecording: the recording has no frame");
   std::vector<Finding> findings = dataset.findings();
   const Sample sample = takeSample(dataset, options);
   checkCamera(dataset.camera(), findings);

@@ -7,7 +7,7 @@
 #include "refinement/format_text.h"
 #include "scan/read_frame.h"
 
-#include <pcl/exceptions.h>
+#include <bundle_icp/common/exceptions.h>
 
 #include <algorithm>
 #include <cmath>
@@ -146,9 +146,9 @@ estimateIntrinsics(const RGBDDataset& dataset, const IntrinsicsEstimateOptions& 
 {
   std::string error;
   if (!options.isValid(&error))
-    throw pcl::BadArgumentException("estimateIntrinsics: " + error);
+    throw BadArgumentException("estimateIntrinsics: " + error);
   if (dataset.size() == 0)
-    throw pcl::BadArgumentException("estimateIntrinsics: the recording has no frame");
+    throw BadArgumentException("estimateIntrinsics: the recording has no frame");
   IntrinsicsEstimate estimate;
   estimate.camera = startCamera(dataset.camera(), options.field_of_view);
   const std::vector<Features> features =

@@ -6,7 +6,7 @@
 
 #include <bundle_icp/scan/check.h>
 
-#include <pcl/exceptions.h>
+#include <bundle_icp/common/exceptions.h>
 
 #include <algorithm>
 #include <chrono>
@@ -37,12 +37,12 @@ check(const RGBDDataset& dataset, const ReconstructionOptions& options)
 {
   std::string error;
   if (!options.isValid(&error) || !dataset.camera().isValid(&error))
-    throw pcl::BadArgumentException("reconstruct: " + error);
+    throw BadArgumentException("reconstruct: " + error);
   if (dataset.camera().hasDistortion())
-    throw pcl::BadArgumentException("reconstruct: the camera of the frames has distortion; "
-                                    "RGBDDataset::read() must give undistorted images");
+    throw BadArgumentException("reconstruct: the camera of the frames has distortion; "
+                               "RGBDDataset::read() must give undistorted images");
   if (dataset.size() == 0)
-    throw pcl::BadArgumentException("reconstruct: the dataset has no frames");
+    throw BadArgumentException("reconstruct: the dataset has no frames");
 }
 
 /** What was allocated by many threads lies in heaps that the main one does not use. */

@@ -4,7 +4,7 @@
 
 #include "io/text_file.h"
 
-#include <pcl/exceptions.h>
+#include <bundle_icp/common/exceptions.h>
 
 #include <new>
 
@@ -39,7 +39,7 @@ RGBDFrame
 readFrame(const RGBDDataset& dataset, std::size_t index)
 {
   const auto fail = [&](const std::string& reason) {
-    throw pcl::IOException(dataset.name(index) + ": " + reason);
+    throw IOException(dataset.name(index) + ": " + reason);
   };
   RGBDFrame frame;
   try {

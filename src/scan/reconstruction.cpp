@@ -9,7 +9,8 @@
 #include "scan/result_frames.h"
 #include "scan/scan_surface.h"
 
-#include <pcl/exceptions.h>
+#include <bundle_icp/common/exceptions.h>
+
 #include <sys/resource.h>
 
 #include <algorithm>
@@ -54,7 +55,7 @@ public:
   : scan_(*scan.impl_), options_(options.withThreads()), progress_(progress), is_last_(is_last)
   {
     if (options.moving != scan_.options().moving)
-      throw pcl::BadArgumentException("reconstruct: the scan was prepared for another moving part");
+      throw BadArgumentException("reconstruct: the scan was prepared for another moving part");
   }
 
   ReconstructionResult
@@ -313,7 +314,7 @@ reconstruct(PreparedScan& scan, const ReconstructionOptions& options,
 {
   std::string error;
   if (!options.isValid(&error))
-    throw pcl::BadArgumentException("reconstruct: " + error);
+    throw BadArgumentException("reconstruct: " + error);
   return Reconstruction(scan, options, progress, false).run();
 }
 

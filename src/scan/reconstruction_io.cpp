@@ -9,6 +9,7 @@
 #include "mesh/preview.h"
 #include "scan/reconstruction_report.h"
 
+#include <bundle_icp/common/exceptions.h>
 #include <bundle_icp/io/atomic_file.h>
 #include <bundle_icp/io/calibration_io.h>
 #include <bundle_icp/io/mesh_io.h>
@@ -19,7 +20,6 @@
 #include <boost/filesystem.hpp>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
-#include <pcl/exceptions.h>
 
 #include <fstream>
 
@@ -36,7 +36,7 @@ writeText(const std::string& path, const std::string& text)
     std::ofstream file(temporary, std::ios::binary);
     file << text;
     if (!file.flush())
-      throw pcl::IOException(path + ": cannot be written, is the disk full?");
+      throw IOException(path + ": cannot be written, is the disk full?");
   });
 }
 
@@ -142,8 +142,7 @@ writeReconstruction(const std::string& folder, const RGBDDataset& dataset,
     writeText(staging.prefix() + "report.json", report.dump(2) + "\n");
   }
   catch (const pcl::IOException& error) {
-    throw pcl::IOException(
-        boost::replace_all_copy(messageOf(error), staging.prefix(), folder + "/"));
+    throw IOException(boost::replace_all_copy(messageOf(error), staging.prefix(), folder + "/"));
   }
   staging.publish(resultFiles());
 }

@@ -2,9 +2,8 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include <bundle_icp/reconstruction.h>
 
+#include <bundle_icp/common/exceptions.h>
 #include <bundle_icp/io/mesh_io.h>
-
-#include <pcl/exceptions.h>
 
 #include <algorithm>
 #include <utility>
@@ -37,7 +36,7 @@ toString(ReconstructionMethod method)
   for (const auto& [known, name] : METHOD_NAMES)
     if (known == method)
       return name;
-  throw pcl::BadArgumentException("toString: no such method");
+  throw BadArgumentException("toString: no such method");
 }
 
 std::optional<ReconstructionMethod>

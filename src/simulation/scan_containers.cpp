@@ -4,11 +4,11 @@
 
 #include "simulation/written_files.h"
 
+#include <bundle_icp/common/exceptions.h>
 #include <bundle_icp/io/atomic_file.h>
 
 #include <boost/filesystem.hpp>
 #include <opencv2/imgcodecs.hpp>
-#include <pcl/exceptions.h>
 #include <zlib.h>
 
 #include <fstream>
@@ -141,7 +141,7 @@ joinSensParts(const SyntheticScan& scan, const fs::path& folder)
     file << no_imu;
     file.close();
     if (!file)
-      throw pcl::IOException("cannot write '" + path + "': disk full or not writable");
+      throw IOException("cannot write '" + path + "': disk full or not writable");
   });
   for (std::size_t i = 0; i < scan.size(); ++i)
     fs::remove(sensPart(folder, i));

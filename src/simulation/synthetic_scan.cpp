@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "simulation/camera_faults.h"
+
 #include "simulation/moving_things.h"
 #include "simulation/path.h"
 #include "simulation/renderer.h"
 #include "simulation/scene.h"
 #include "simulation/visible_surface.h"
 
+#include <bundle_icp/common/exceptions.h>
 #include <bundle_icp/simulation/synthetic_scan.h>
 
 #include <opencv2/imgproc.hpp>
-#include <pcl/exceptions.h>
 
 #include <cmath>
 #include <numeric>
@@ -120,7 +121,7 @@ SyntheticScan::SyntheticScan(const SyntheticScanOptions& options)
 {
   std::string error;
   if (!options.isValid(&error))
-    throw pcl::BadArgumentException("synthetic scan: " + error);
+    throw BadArgumentException("synthetic scan: " + error);
   impl_ = std::make_unique<Impl>(options);
 }
 
@@ -289,8 +290,8 @@ SyntheticScan::SurfaceCloud::Ptr
 SyntheticScan::visibleSurface(double spacing, int num_threads) const
 {
   if (!std::isfinite(spacing) || spacing < 0.001)
-    throw pcl::BadArgumentException("visible surface: spacing of " + std::to_string(spacing) +
-                                    " m, expected at least 0.001 m");
+    throw BadArgumentException("visible surface: spacing of " + std::to_string(spacing) +
+                               " m, expected at least 0.001 m");
   const auto step = std::size_t(std::max(1.0, std::round(0.1 * impl_->options.frame_rate)));
   std::vector<Pose> poses;
   for (std::size_t number = 0; number < size(); number += step)

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include <bundle_icp/io/mesh_io.h>
+
+#include <bundle_icp/common/exceptions.h>
 #include <bundle_icp/simulation/synthetic_scan.h>
 
 #include "simulation/scan_layouts.h"
@@ -8,7 +10,6 @@
 
 #include <boost/filesystem.hpp>
 #include <pcl/conversions.h>
-#include <pcl/exceptions.h>
 
 #include <atomic>
 #include <exception>
@@ -88,12 +89,12 @@ prepareFolder(const SyntheticScan& scan, const ScanLayout& layout, const fs::pat
   boost::system::error_code error;
   if (fs::exists(folder, error)) {
     if (!fs::is_directory(folder, error))
-      throw pcl::IOException("'" + folder.string() + "' exists and is not a folder");
+      throw IOException("'" + folder.string() + "' exists and is not a folder");
     const bool is_empty = fs::is_empty(folder, error);
     if (error)
-      throw pcl::IOException("cannot read folder '" + folder.string() + "': " + error.message());
+      throw IOException("cannot read folder '" + folder.string() + "': " + error.message());
     if (!is_empty)
-      throw pcl::IOException("folder '" + folder.string() + "' is not empty; nothing was written");
+      throw IOException("folder '" + folder.string() + "' is not empty; nothing was written");
   }
   std::set<fs::path> places{folder};
   for (const char* const file : {layout.color_file, layout.depth_file})
@@ -104,7 +105,7 @@ prepareFolder(const SyntheticScan& scan, const ScanLayout& layout, const fs::pat
     places.insert(folder / "mask");
   for (const fs::path& place : places)
     if (!fs::create_directories(place, error) && error)
-      throw pcl::IOException("cannot create folder '" + place.string() + "': " + error.message());
+      throw IOException("cannot create folder '" + place.string() + "': " + error.message());
 }
 
 } // namespace
@@ -115,11 +116,11 @@ writeSyntheticScan(const SyntheticScan& scan, const std::string& folder,
 {
   std::string error;
   if (!options.isValid(&error))
-    throw pcl::BadArgumentException("writing a synthetic scan: " + error);
+    throw BadArgumentException("writing a synthetic scan: " + error);
   const ScanLayout& layout = *findScanLayout(options.format);
   if (depthViewOf(scan) > layout.depth_view)
-    throw pcl::BadArgumentException("writing a synthetic scan: the format " + options.format +
-                                    " cannot say what camera took the depth");
+    throw BadArgumentException("writing a synthetic scan: the format " + options.format +
+                               " cannot say what camera took the depth");
   prepareFolder(scan, layout, folder, options.masks);
   if (!writeFrames(scan, layout, folder, options, progress))
     return;

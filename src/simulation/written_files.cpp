@@ -2,12 +2,12 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "simulation/written_files.h"
 
+#include <bundle_icp/common/exceptions.h>
 #include <bundle_icp/io/atomic_file.h>
 
 #include <boost/filesystem.hpp>
 #include <opencv2/core/eigen.hpp>
 #include <opencv2/imgcodecs.hpp>
-#include <pcl/exceptions.h>
 
 #include <fstream>
 
@@ -59,7 +59,7 @@ writeBytes(const std::string& path, const void* bytes, std::size_t count)
   file.write(static_cast<const char*>(bytes), std::streamsize(count));
   file.close();
   if (!file)
-    throw pcl::IOException("cannot write '" + path + "': disk full or not writable");
+    throw IOException("cannot write '" + path + "': disk full or not writable");
 }
 
 void

@@ -5,7 +5,7 @@
 #include "common/depth_edges.h"
 #include "common/parallel.h"
 
-#include <pcl/exceptions.h>
+#include <bundle_icp/common/exceptions.h>
 
 #include <algorithm>
 #include <limits>
@@ -22,17 +22,16 @@ checkDepth(const cv::Mat& depth, const CameraIntrinsics& camera, int reduction,
 {
   std::string error;
   if (!options.isValid(&error) || !camera.isValid(&error))
-    throw pcl::BadArgumentException("makeDepthView: " + error);
+    throw BadArgumentException("makeDepthView: " + error);
   if (depth.type() != CV_32FC1)
-    throw pcl::BadArgumentException("makeDepthView: depth must be CV_32FC1 in metres");
+    throw BadArgumentException("makeDepthView: depth must be CV_32FC1 in metres");
   if (depth.cols != camera.width || depth.rows != camera.height)
-    throw pcl::BadArgumentException("makeDepthView: depth image is " + std::to_string(depth.cols) +
-                                    "x" + std::to_string(depth.rows) + ", the camera has " +
-                                    std::to_string(camera.width) + "x" +
-                                    std::to_string(camera.height));
+    throw BadArgumentException("makeDepthView: depth image is " + std::to_string(depth.cols) + "x" +
+                               std::to_string(depth.rows) + ", the camera has " +
+                               std::to_string(camera.width) + "x" + std::to_string(camera.height));
   if (reduction < 1 || reduction > std::min(depth.cols, depth.rows) / 8)
-    throw pcl::BadArgumentException("makeDepthView: reduction " + std::to_string(reduction) +
-                                    " must be at least 1 and leave 8 pixels in each direction");
+    throw BadArgumentException("makeDepthView: reduction " + std::to_string(reduction) +
+                               " must be at least 1 and leave 8 pixels in each direction");
 }
 
 /** Average of those depths of a block that lie on the surface of the block's median; not measured

@@ -5,7 +5,7 @@
 #include "common/parallel.h"
 #include "virtual_depth/merge_views.h"
 
-#include <pcl/exceptions.h>
+#include <bundle_icp/common/exceptions.h>
 
 #include <cmath>
 #include <limits>
@@ -21,17 +21,17 @@ checkViews(const std::vector<RegisteredView>& views)
     const std::string name = "renderVirtualDepth: view " + std::to_string(i);
     const DepthView* view = views[i].view;
     if (!view)
-      throw pcl::BadArgumentException(name + " is a null pointer");
+      throw BadArgumentException(name + " is a null pointer");
     const cv::Size size(view->camera.width, view->camera.height);
     if (view->depth.type() != CV_32FC1 || view->normals.type() != CV_32FC3 ||
         view->weight.type() != CV_32FC1 || view->depth.size() != size ||
         view->normals.size() != size || view->weight.size() != size ||
         !view->depth.isContinuous() || !view->normals.isContinuous() ||
         !view->weight.isContinuous())
-      throw pcl::BadArgumentException(name + " does not come from makeDepthView: type or "
-                                             "size of its images do not fit its camera");
+      throw BadArgumentException(name + " does not come from makeDepthView: type or "
+                                        "size of its images do not fit its camera");
     if (!isRigid(views[i].world_from_camera.matrix()))
-      throw pcl::BadArgumentException(name + " has a pose that is not a rigid motion");
+      throw BadArgumentException(name + " has a pose that is not a rigid motion");
   }
 }
 
@@ -113,9 +113,9 @@ renderVirtualDepth(const std::vector<RegisteredView>& views, const CameraIntrins
 {
   std::string error;
   if (!options.isValid(&error) || !camera.isValid(&error))
-    throw pcl::BadArgumentException("renderVirtualDepth: " + error);
+    throw BadArgumentException("renderVirtualDepth: " + error);
   if (!isRigid(world_from_virtual.matrix()))
-    throw pcl::BadArgumentException("renderVirtualDepth: the virtual pose is not a rigid motion");
+    throw BadArgumentException("renderVirtualDepth: the virtual pose is not a rigid motion");
   checkViews(views);
   VirtualDepth out;
   out.camera = camera.undistorted();

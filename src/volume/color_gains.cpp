@@ -2,8 +2,9 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "volume/color_gains.h"
 
+#include <bundle_icp/common/exceptions.h>
+
 #include <Eigen/SparseCholesky>
-#include <pcl/exceptions.h>
 
 #include <algorithm>
 #include <cmath>
@@ -138,12 +139,12 @@ estimateColorGains(const std::vector<ColorObservation>& observations, std::size_
 {
   std::string error;
   if (!options.isValid(&error))
-    throw pcl::BadArgumentException(error);
+    throw BadArgumentException(error);
   for (const ColorObservation& observation : observations)
     if (observation.frame >= num_frames)
-      throw pcl::BadArgumentException("estimateColorGains: observation of frame " +
-                                      std::to_string(observation.frame) + " of " +
-                                      std::to_string(num_frames));
+      throw BadArgumentException("estimateColorGains: observation of frame " +
+                                 std::to_string(observation.frame) + " of " +
+                                 std::to_string(num_frames));
   std::vector<Eigen::Vector3f> gains(num_frames, Eigen::Vector3f::Ones());
   if (num_frames == 0)
     return gains;

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "common/parallel.h"
+
 #include "mesh/mesh_editing.h"
 #include "volume/cell_cases.h"
 #include "volume/depth_filter.h"
 #include "volume/tsdf_volume_impl.h"
 
+#include <bundle_icp/common/exceptions.h>
 #include <bundle_icp/volume/extract_surface.h>
 
-#include <pcl/exceptions.h>
 #include <pcl/surface/marching_cubes.h>
 
 #include <algorithm>
@@ -218,7 +219,7 @@ checkOptions(const MeshOptions& options)
 {
   std::string error;
   if (!options.isValid(&error))
-    throw pcl::BadArgumentException(error);
+    throw BadArgumentException(error);
 }
 
 /** The surface as the voxels have it. */

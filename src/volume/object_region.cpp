@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "common/concatenate.h"
+
 #include "common/depth_edges.h"
 #include "volume/cell_grid.h"
 
+#include <bundle_icp/common/exceptions.h>
 #include <bundle_icp/volume/object_region.h>
 
 #include <opencv2/imgproc.hpp>
-#include <pcl/exceptions.h>
 #include <pcl/search/kdtree.h>
 #include <pcl/segmentation/extract_clusters.h>
 #include <pcl/segmentation/extract_polygonal_prism_data.h>
@@ -196,15 +197,15 @@ checkArguments(const std::vector<Cloud>& clouds, const std::vector<Pose>& world_
 {
   std::string error;
   if (!options.isValid(&error))
-    throw pcl::BadArgumentException(error);
+    throw BadArgumentException(error);
   if (clouds.empty() || clouds.size() != world_from_cameras.size())
-    throw pcl::BadArgumentException(concatenate("findObjectRegion: ", clouds.size(), " clouds and ",
-                                                world_from_cameras.size(),
-                                                " poses; expected as many of "
-                                                "both, at least one"));
+    throw BadArgumentException(concatenate("findObjectRegion: ", clouds.size(), " clouds and ",
+                                           world_from_cameras.size(),
+                                           " poses; expected as many of "
+                                           "both, at least one"));
   for (std::size_t i = 0; i < world_from_cameras.size(); ++i)
     if (!isRigid(world_from_cameras[i].matrix()))
-      throw pcl::BadArgumentException(
+      throw BadArgumentException(
           concatenate("findObjectRegion: pose ", i, " is not a rigid motion"));
 }
 
@@ -284,13 +285,13 @@ samplePoints(const RGBDFrame& frame, const CameraIntrinsics& camera, int step)
 {
   std::string error;
   if (step < 1)
-    throw pcl::BadArgumentException("samplePoints: step " + std::to_string(step) +
-                                    "; expected 1 or more");
+    throw BadArgumentException("samplePoints: step " + std::to_string(step) +
+                               "; expected 1 or more");
   if (!camera.isValid(&error))
-    throw pcl::BadArgumentException("samplePoints: " + error);
+    throw BadArgumentException("samplePoints: " + error);
   if (frame.depth.type() != CV_32FC1 || frame.depth.cols != camera.width ||
       frame.depth.rows != camera.height)
-    throw pcl::BadArgumentException(
+    throw BadArgumentException(
         "samplePoints: depth must be CV_32FC1 in metres, of the camera's size");
   const DepthEdges edges(camera);
   Cloud cloud;

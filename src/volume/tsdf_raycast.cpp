@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "common/parallel.h"
+
 #include "volume/ray_range.h"
 #include "volume/voxel_sampler.h"
 
+#include <bundle_icp/common/exceptions.h>
 #include <bundle_icp/volume/tsdf_raycast.h>
-
-#include <pcl/exceptions.h>
 
 #include <algorithm>
 #include <cmath>
@@ -181,11 +181,11 @@ raycast(const TSDFVolume& volume, const CameraIntrinsics& camera, const Pose& wo
 {
   std::string error;
   if (!camera.isValid(&error))
-    throw pcl::BadArgumentException("raycast: " + error);
+    throw BadArgumentException("raycast: " + error);
   if (camera.hasDistortion())
-    throw pcl::BadArgumentException("raycast: the camera has distortion");
+    throw BadArgumentException("raycast: the camera has distortion");
   if (!isRigid(world_from_camera.matrix()))
-    throw pcl::BadArgumentException("raycast: world_from_camera is not a rigid motion");
+    throw BadArgumentException("raycast: world_from_camera is not a rigid motion");
   const auto width = std::uint32_t(camera.width);
   const auto height = std::uint32_t(camera.height);
   auto cloud = std::make_shared<pcl::PointCloud<Point>>(width, height);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "common/concatenate.h"
+
 #include "common/parallel.h"
 #include "volume/block_allocation.h"
 #include "volume/depth_filter.h"
@@ -9,7 +10,7 @@
 #include "volume/voxel_fusion.h"
 #include "volume/voxel_sampler.h"
 
-#include <pcl/exceptions.h>
+#include <bundle_icp/common/exceptions.h>
 
 #include <cmath>
 
@@ -20,7 +21,7 @@ template <typename... Parts>
 [[noreturn]] void
 refuse(const Parts&... parts)
 {
-  throw pcl::BadArgumentException(concatenate("TSDFVolume: ", parts...));
+  throw BadArgumentException(concatenate("TSDFVolume: ", parts...));
 }
 
 void
@@ -170,7 +171,7 @@ TSDFVolume::TSDFVolume(const TSDFOptions& options) : impl_(std::make_unique<Impl
 {
   std::string error;
   if (!options.isValid(&error))
-    throw pcl::BadArgumentException(error);
+    throw BadArgumentException(error);
   impl_->options = options;
 }
 
@@ -185,7 +186,7 @@ TSDFVolume::integrate(const RGBDFrame& frame, const CameraIntrinsics& camera,
 {
   const TSDFOptions& options = impl_->options;
   if (std::string error; !correction.isValid(&error))
-    throw pcl::BadArgumentException(error);
+    throw BadArgumentException(error);
   checkFrame(frame, camera);
   checkPose(world_from_camera, options);
   const int num_threads = resolveThreads(options.num_threads);

@@ -6,9 +6,10 @@
 #include "io/recordings/calibration_json.h"
 #include "io/text_file.h"
 
+#include <bundle_icp/common/exceptions.h>
+
 #include <boost/algorithm/string.hpp>
 #include <boost/filesystem.hpp>
-#include <pcl/exceptions.h>
 
 #include <cmath>
 #include <map>
@@ -25,7 +26,7 @@ fromMatrix(const std::vector<double>& values, const std::string& path)
 {
   const std::size_t width = values.size() == 16 ? 4 : 3;
   if (values.size() != width * width || values[1] != 0 || values[width] != 0)
-    throw pcl::IOException(path + ": expected a matrix fx 0 cx, 0 fy cy, 0 0 1");
+    throw IOException(path + ": expected a matrix fx 0 cx, 0 fy cy, 0 0 1");
   CameraIntrinsics camera;
   camera.fx = values[0];
   camera.fy = values[width + 1];
@@ -56,7 +57,7 @@ readNamedLine(const std::string& name, const TextLine& line, const std::string& 
   }
   const std::string where = path + ":" + std::to_string(line.number);
   if (name == "depth_scale")
-    throw pcl::IOException(where + ": expected depth_scale UNITS_PER_METRE");
+    throw IOException(where + ": expected depth_scale UNITS_PER_METRE");
   if (!recording.depth_camera)
     recording.depth_camera.emplace();
   if (name == "depth_to_color")
@@ -64,7 +65,7 @@ readNamedLine(const std::string& name, const TextLine& line, const std::string& 
   else if (values.size() == 4 || values.size() == 9)
     recording.depth_camera->intrinsics = fromWords(line);
   else
-    throw pcl::IOException(where + ": expected depth_intrinsics fx fy cx cy [k1 k2 p1 p2 k3]");
+    throw IOException(where + ": expected depth_intrinsics fx fy cx cy [k1 k2 p1 p2 k3]");
 }
 
 /** A line `fx fy cx cy [k1 k2 p1 p2 k3]` or three lines of a matrix, and lines `depth_scale`,
@@ -86,14 +87,14 @@ readText(const std::string& path, Recording& recording)
     else if (values.size() == 4 || values.size() == 9)
       recording.intrinsics = fromWords(line);
     else
-      throw pcl::IOException(path + ":" + std::to_string(line.number) +
-                             ": expected fx fy cx cy [k1 k2 p1 p2 k3] or depth_scale "
-                             "UNITS_PER_METRE");
+      throw IOException(path + ":" + std::to_string(line.number) +
+                        ": expected fx fy cx cy [k1 k2 p1 p2 k3] or depth_scale "
+                        "UNITS_PER_METRE");
   }
   if (matrix.size() == 9)
     recording.intrinsics = fromMatrix(matrix, path);
   else if (!matrix.empty())
-    throw pcl::IOException(path + ":1: expected fx fy cx cy [k1 k2 p1 p2 k3] or a matrix of 3x3");
+    throw IOException(path + ":1: expected fx fy cx cy [k1 k2 p1 p2 k3] or a matrix of 3x3");
 }
 
 /** Reads a file by its extension. */

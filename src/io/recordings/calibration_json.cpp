@@ -5,9 +5,10 @@
 #include "io/pose_numbers.h"
 #include "io/text_file.h"
 
+#include <bundle_icp/common/exceptions.h>
+
 #include <boost/algorithm/string.hpp>
 #include <nlohmann/json.hpp>
-#include <pcl/exceptions.h>
 
 #include <cmath>
 #include <initializer_list>
@@ -51,7 +52,7 @@ addNumbers(const Json& json, const std::string& where, std::vector<double>& numb
   else if (json.is_number() && std::isfinite(json.get<double>()))
     numbers.push_back(json.get<double>());
   else
-    throw pcl::IOException(where + " must be a number, or a list of numbers");
+    throw IOException(where + " must be a number, or a list of numbers");
 }
 
 /** A number, or the numbers of a list, of lists, or of a matrix {rows, cols, data}, row by row. */
@@ -70,10 +71,10 @@ numberOf(const Json& json, Names names, const std::string& path)
   const std::string where = path + ": " + *names.begin();
   const Json& value = valueOf(json, names);
   if (value.is_null())
-    throw pcl::IOException(where + " is missing");
+    throw IOException(where + " is missing");
   const std::vector<double> numbers = numbersOf(value, where);
   if (numbers.size() != 1)
-    throw pcl::IOException(where + " must be one number");
+    throw IOException(where + " must be one number");
   return numbers[0];
 }
 
@@ -82,7 +83,7 @@ pixelsOf(const Json& json, Names names, const std::string& path)
 {
   const double number = numberOf(json, names, path);
   if (!(number >= 0 && number < 1e6))
-    throw pcl::IOException(path + ": " + *names.begin() + " is no size of an image");
+    throw IOException(path + ": " + *names.begin() + " is no size of an image");
   return int(number);
 }
 
@@ -98,7 +99,7 @@ fromRows(const std::vector<double>& numbers, const std::string& where, const cha
 {
   if (numbers.size() != 9 || numbers[1] != 0 || numbers[3] != 0 || numbers[6] != 0 ||
       numbers[7] != 0 || numbers[8] != 1)
-    throw pcl::IOException(where + " must be " + expected);
+    throw IOException(where + " must be " + expected);
   CameraIntrinsics camera;
   camera.fx = numbers[0];
   camera.fy = numbers[4];
@@ -137,9 +138,9 @@ checkModel(const std::string& model, const std::string& path)
     if (boost::ends_with(name, known) && !boost::ends_with(name, "inverse_brown_conrady") &&
         !boost::ends_with(name, "modified_brown_conrady"))
       return;
-  throw pcl::IOException(path + ": the distortion model '" + model +
-                         "' is not known; undistort the images, or give the lens as k1, k2, p1, "
-                         "p2, k3 of OpenCV with --intrinsics");
+  throw IOException(path + ": the distortion model '" + model +
+                    "' is not known; undistort the images, or give the lens as k1, k2, p1, "
+                    "p2, k3 of OpenCV with --intrinsics");
 }
 
 /** k1, k2, p1, p2, k3 of a list, or of keys of these names; a lens of zeros has no model. */
@@ -158,10 +159,10 @@ distortionOf(const Json& json, const std::string& path)
   if (!isZero(lens) && model.is_string())
     checkModel(model.get<std::string>(), path);
   else if (!isZero(lens) && json.contains("coeffs"))
-    throw pcl::IOException(path + ": coeffs without the name of their model");
+    throw IOException(path + ": coeffs without the name of their model");
   if (!isZero(lens, 5))
-    throw pcl::IOException(path + ": a lens of more than k1, k2, p1, p2, k3 is not known; "
-                                  "undistort the images first");
+    throw IOException(path + ": a lens of more than k1, k2, p1, p2, k3 is not known; "
+                             "undistort the images first");
   lens.resize(5, 0.0);
   return lens;
 }
@@ -215,7 +216,7 @@ poseOf(const Json& json, const std::string& where)
     const std::vector<double> r = numbersOf(rotation, where + ".rotation");
     const std::vector<double> t = numbersOf(valueOf(json, {"translation"}), where + ".translation");
     if (r.size() != 9 || t.size() != 3)
-      throw pcl::IOException(where + " must have a rotation of 9 numbers and a translation of 3");
+      throw IOException(where + " must have a rotation of 9 numbers and a translation of 3");
     m = isNested(rotation) ? std::vector<double>{r[0], r[1], r[2], t[0], r[3], r[4],
                                                  r[5], t[1], r[6], r[7], r[8], t[2]}
                            : std::vector<double>{r[0], r[3], r[6], t[0], r[1], r[4],
@@ -254,7 +255,7 @@ takeDepthScale(const Json& json, const std::string& path, Recording& recording)
     return;
   const double scale = numberOf(part, {"depth_scale"}, path);
   if (!(scale > 0))
-    throw pcl::IOException(path + ": depth_scale must be positive");
+    throw IOException(path + ": depth_scale must be positive");
   recording.depth_scale = scale < 1 ? 1 / scale : scale;
   recording.depth_scale_source = path;
 }
@@ -278,11 +279,11 @@ takeCalibration(const Json& json, const std::string& path, Recording& recording)
   const Json& color = partOf(json, {"color", "rgb", "color_intrinsics", "color_camera"});
   const std::optional<CameraIntrinsics> camera = intrinsicsOf(color.is_null() ? json : color, path);
   if (!camera)
-    throw pcl::IOException(path +
-                           ": holds no intrinsics of a known form: looked for "
-                           "intrinsic_matrix, camera_matrix (cameraMatrix, K) or fx, fy, "
-                           "cx, cy (ppx, ppy), also below intrinsic and color; found " +
-                           keysOf(json));
+    throw IOException(path +
+                      ": holds no intrinsics of a known form: looked for "
+                      "intrinsic_matrix, camera_matrix (cameraMatrix, K) or fx, fy, "
+                      "cx, cy (ppx, ppy), also below intrinsic and color; found " +
+                      keysOf(json));
   recording.intrinsics = camera;
   takeDepthCamera(json, path, recording);
   takeDepthScale(json, path, recording);
@@ -293,7 +294,7 @@ readJsonCalibration(const std::string& path, Recording& recording)
 {
   const Json json = Json::parse(toUtf8(readBytes(path)), nullptr, false);
   if (json.is_discarded())
-    throw pcl::IOException(path + ": is not JSON");
+    throw IOException(path + ": is not JSON");
   takeCalibration(json, path, recording);
 }
 

@@ -3,12 +3,14 @@
 //
 // OpenCV's own reader crashes on damaged files, so that these are read here.
 #include "io/recordings/calibration_json.h"
+
 #include "io/text_file.h"
+
+#include <bundle_icp/common/exceptions.h>
 
 #include <boost/algorithm/string.hpp>
 #include <boost/property_tree/xml_parser.hpp>
 #include <nlohmann/json.hpp>
-#include <pcl/exceptions.h>
 
 #include <charconv>
 #include <sstream>
@@ -150,7 +152,7 @@ readYamlCalibration(const std::string& path, Recording& recording)
   const std::string text = toUtf8(readBytes(path));
   const Json json = text[0] == '<' ? parseXml(text) : parseYaml(text);
   if (!json.is_object() || json.empty())
-    throw pcl::IOException(path + ": is neither YAML nor XML of a known form");
+    throw IOException(path + ": is neither YAML nor XML of a known form");
   takeCalibration(json, path, recording);
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "common/left_out.h"
+
 #include "io/image_file.h"
 #include "io/recordings/calibration_files.h"
 #include "io/recordings/depth_registration.h"
@@ -12,10 +13,11 @@
 #include "io/recordings/unused_files.h"
 #include "io/text_file.h"
 
+#include <bundle_icp/common/exceptions.h>
+
 #include <boost/filesystem.hpp>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
-#include <pcl/exceptions.h>
 
 #include <random>
 
@@ -160,7 +162,7 @@ readLeftOut(const RecordedFrame& frame, const cv::Size& size)
     return {};
   cv::Mat left_out = readMask(frame.mask_file, size);
   if (cv::countNonZero(left_out) == size.area())
-    throw pcl::IOException(frame.mask_file + ": the mask leaves out the whole image");
+    throw IOException(frame.mask_file + ": the mask leaves out the whole image");
   return left_out;
 }
 
@@ -230,7 +232,7 @@ void
 leaveOutCalibration(const DatasetOptions& options, Recording& recording)
 {
   if (!options.intrinsics && !options.field_of_view)
-    throw pcl::IOException(recording.calibration_fault);
+    throw IOException(recording.calibration_fault);
   recording.findings.push_back({Severity::WARNING,
                                 "intrinsics",
                                 "the calibration file is not used, its units and its camera of "
@@ -258,11 +260,11 @@ refuseWithoutIntrinsics(const Recording& recording, const std::string& folder)
   std::string beside;
   for (const std::string& file : possibleCalibrationFiles(folder))
     beside += (beside.empty() ? "" : ", ") + file;
-  throw pcl::IOException(folder + ": the camera's intrinsics are unknown (" + recording.format +
-                         " recording without a calibration" +
-                         (beside.empty() ? "" : " of a known form; in the folder lies " + beside) +
-                         "); give them with --intrinsics fx,fy,cx,cy[,k1,k2,p1,p2,k3], or have the "
-                         "focal length estimated by --intrinsics estimate");
+  throw IOException(folder + ": the camera's intrinsics are unknown (" + recording.format +
+                    " recording without a calibration" +
+                    (beside.empty() ? "" : " of a known form; in the folder lies " + beside) +
+                    "); give them with --intrinsics fx,fy,cx,cy[,k1,k2,p1,p2,k3], or have the "
+                    "focal length estimated by --intrinsics estimate");
 }
 
 } // namespace

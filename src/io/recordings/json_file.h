@@ -4,8 +4,9 @@
 
 #include "io/text_file.h"
 
+#include <bundle_icp/common/exceptions.h>
+
 #include <nlohmann/json.hpp>
-#include <pcl/exceptions.h>
 
 #include <string>
 
@@ -23,7 +24,7 @@ withJson(const std::string& path, const Use& use)
     use(Json::parse(readBytes(path)));
   }
   catch (const Json::exception& error) {
-    throw pcl::IOException(path + ": is not of the form that was expected: " + error.what());
+    throw IOException(path + ": is not of the form that was expected: " + error.what());
   }
 }
 
@@ -34,7 +35,7 @@ sizeIn(const Json& json, const char* name, const std::string& path)
 {
   const double size = json.value(name, 0.0);
   if (!(size >= 0 && size <= 1e5))
-    throw pcl::IOException(path + ": " + name + " is no size of an image");
+    throw IOException(path + ": " + name + " is no size of an image");
   return int(size);
 }
 

@@ -2,12 +2,14 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 // transforms.json of nerfstudio, which exporters of phone scanners write as well.
 #include "io/recordings/image_streams.h"
+
 #include "io/recordings/json_file.h"
 #include "io/recordings/name_numbers.h"
 #include "io/recordings/recorded_poses.h"
 
+#include <bundle_icp/common/exceptions.h>
+
 #include <boost/filesystem.hpp>
-#include <pcl/exceptions.h>
 
 #include <algorithm>
 #include <numeric>
@@ -44,9 +46,9 @@ cameraOf(const Json& json, const std::string& path)
   static const std::set<std::string> known{"OPENCV", "PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL",
                                            "RADIAL"};
   if (!known.count(model) || json.value("k4", 0.0) != 0 || json.value("is_fisheye", false))
-    throw pcl::IOException(path + ": camera model " + model +
-                           (known.count(model) ? " with k4 or as a fisheye" : "") +
-                           " is unknown; pictures of a fisheye must be undistorted before");
+    throw IOException(path + ": camera model " + model +
+                      (known.count(model) ? " with k4 or as a fisheye" : "") +
+                      " is unknown; pictures of a fisheye must be undistorted before");
   CameraIntrinsics camera;
   camera.fx = json.at("fl_x");
   camera.fy = json.value("fl_y", camera.fx);
@@ -125,11 +127,11 @@ framesOf(const Json& json, const fs::path& folder, bool use_masks, Recording& re
       frames.push_back({images, &frame});
   }
   if (!have_depth)
-    throw pcl::IOException((folder / "transforms.json").string() +
-                           ": no frame has a depth_file_path: without depth there is no scale");
+    throw IOException((folder / "transforms.json").string() +
+                      ": no frame has a depth_file_path: without depth there is no scale");
   if (frames.empty())
-    throw pcl::IOException((folder / "transforms.json").string() +
-                           ": none of the images that it names exists");
+    throw IOException((folder / "transforms.json").string() +
+                      ": none of the images that it names exists");
   sortByNames(frames);
   return frames;
 }

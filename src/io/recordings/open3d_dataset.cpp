@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "io/recordings/calibration_files.h"
+
 #include "io/recordings/image_streams.h"
 #include "io/recordings/name_numbers.h"
 
+#include <bundle_icp/common/exceptions.h>
+
 #include <boost/filesystem.hpp>
-#include <pcl/exceptions.h>
 
 namespace bundle_icp {
 
@@ -31,10 +33,10 @@ refuseTumWithoutLists(const std::string& folder, const DatasetOptions& options,
   const bool is_tum = colorFolder(folder).filename() == "rgb" && isNumber(stem) &&
                       stem.find('.') != std::string::npos;
   if (is_tum && !options.depth_scale && !recording.intrinsics)
-    throw pcl::IOException(folder + ": the depth images' unit is unknown: rgb/ and depth/ with "
-                                    "times as names are TUM RGB-D's, but its lists rgb.txt and "
-                                    "depth.txt are absent; give the unit with --depth-scale (TUM "
-                                    "5000)");
+    throw IOException(folder + ": the depth images' unit is unknown: rgb/ and depth/ with "
+                               "times as names are TUM RGB-D's, but its lists rgb.txt and "
+                               "depth.txt are absent; give the unit with --depth-scale (TUM "
+                               "5000)");
 }
 
 } // namespace

@@ -6,9 +6,10 @@
 #include "io/recordings/name_numbers.h"
 #include "io/text_file.h"
 
+#include <bundle_icp/common/exceptions.h>
+
 #include <boost/algorithm/string/case_conv.hpp>
 #include <boost/filesystem.hpp>
-#include <pcl/exceptions.h>
 
 #include <cmath>
 #include <limits>
@@ -66,9 +67,9 @@ refuseWithoutOverlap(const Stream& color, const Stream& depth, double max_differ
   if (distance < 1)
     hint = "; the median distance is " + shortText(distance, 3) +
            " s: if that is right, allow it with --max-time-difference";
-  throw pcl::IOException(folder + ": no overlap in time: colour images span " + timeSpan(color) +
-                         ", depth images " + timeSpan(depth) + ", and none lie within " +
-                         shortText(max_difference, 6) + " s of each other" + hint);
+  throw IOException(folder + ": no overlap in time: colour images span " + timeSpan(color) +
+                    ", depth images " + timeSpan(depth) + ", and none lie within " +
+                    shortText(max_difference, 6) + " s of each other" + hint);
 }
 
 void
@@ -167,7 +168,7 @@ listFiles(const std::string& folder, bool (*fits)(const std::string&))
     if (fits(entry.path().filename().string()))
       images.push_back({0, 0, entry.path().string()});
   if (images.empty())
-    throw pcl::IOException(folder + ": the folder holds no image");
+    throw IOException(folder + ": the folder holds no image");
   const std::vector<std::vector<std::string>> parts = distinguishingParts(stemsOf(images));
   std::vector<std::size_t> order(images.size());
   std::iota(order.begin(), order.end(), std::size_t(0));
@@ -254,12 +255,11 @@ pairByName(const Stream& color, const Stream& depth, const std::string& folder,
     if (numbered_color.count(depth_parts[j]) == 0)
       recording.skipped.push_back({depth[j].file, "has no colour image of its number"});
   if (recording.frames.empty())
-    throw pcl::IOException(folder +
-                           ": no colour image has a depth image of its number: the names "
-                           "of " +
-                           std::to_string(color.size()) + " colour and " +
-                           std::to_string(depth.size()) +
-                           " depth images do not say which belong together");
+    throw IOException(folder +
+                      ": no colour image has a depth image of its number: the names "
+                      "of " +
+                      std::to_string(color.size()) + " colour and " + std::to_string(depth.size()) +
+                      " depth images do not say which belong together");
   sayNames(color.size(), depth.size(), recording, shifts);
 }
 

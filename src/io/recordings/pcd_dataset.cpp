@@ -2,10 +2,13 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 // A folder of organized point clouds of PCL, one a frame.
 #include "io/image_file.h"
+
 #include "io/recordings/image_streams.h"
 #include "io/recordings/pcd_file.h"
 #include "io/recordings/recorded_poses.h"
 #include "io/text_file.h"
+
+#include <bundle_icp/common/exceptions.h>
 
 #include <Eigen/Dense>
 #include <boost/filesystem.hpp>
@@ -105,7 +108,7 @@ fitCamera(Recording& recording)
     }
   }
   if (!reason.empty())
-    throw pcl::IOException(reason);
+    throw IOException(reason);
 }
 
 void

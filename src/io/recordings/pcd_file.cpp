@@ -4,7 +4,7 @@
 
 #include "io/text_file.h"
 
-#include <pcl/exceptions.h>
+#include <bundle_icp/common/exceptions.h>
 
 #include <charconv>
 #include <cstring>
@@ -45,7 +45,7 @@ struct Header {
 [[noreturn]] void
 refuse(const std::string& path, const std::string& reason)
 {
-  throw pcl::IOException(path + ": " + reason);
+  throw IOException(path + ": " + reason);
 }
 
 std::size_t

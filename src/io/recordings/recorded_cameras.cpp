@@ -5,7 +5,7 @@
 #include "io/image_file.h"
 #include "io/text_file.h"
 
-#include <pcl/exceptions.h>
+#include <bundle_icp/common/exceptions.h>
 
 #include <cmath>
 
@@ -74,7 +74,7 @@ checkCamera(const CameraIntrinsics& camera, const std::string& folder, const std
 {
   std::string error;
   if (!camera.isValid(&error))
-    throw pcl::BadArgumentException(folder + ": " + error + " (from " + source + ")");
+    throw BadArgumentException(folder + ": " + error + " (from " + source + ")");
 }
 
 /** Whether both images have the size of the recording's depth camera, and not that of its colour
@@ -185,23 +185,23 @@ findCameras(const Recording& recording, const std::string& folder, const Dataset
 {
   const std::size_t most_unsuitable = 10;
   std::size_t num_unsuitable = 0;
-  std::optional<pcl::IOException> first_error;
+  std::exception_ptr first_error;
   for (const RecordedFrame& frame : recording.frames) {
     try {
       return camerasOf(frame, recording, folder, options);
     }
-    catch (const UnsuitableImage& error) {
+    catch (const UnsuitableImage&) {
       if (!first_error)
-        first_error = error;
+        first_error = std::current_exception();
       if (++num_unsuitable == most_unsuitable)
         break;
     }
-    catch (const pcl::IOException& error) {
+    catch (const pcl::IOException&) {
       if (!first_error)
-        first_error = error;
+        first_error = std::current_exception();
     }
   }
-  throw *first_error;
+  std::rethrow_exception(first_error);
 }
 
 std::vector<Finding>

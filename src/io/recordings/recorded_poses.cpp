@@ -4,7 +4,7 @@
 
 #include "io/text_file.h"
 
-#include <pcl/exceptions.h>
+#include <bundle_icp/common/exceptions.h>
 
 #include <algorithm>
 
@@ -18,8 +18,8 @@ readNumbers(const std::string& path, std::size_t count)
     for (const double value : parseNumbers(line, path))
       values.push_back(value);
   if (values.size() != count)
-    throw pcl::IOException(path + ": " + std::to_string(values.size()) + " numbers; expected " +
-                           std::to_string(count));
+    throw IOException(path + ": " + std::to_string(values.size()) + " numbers; expected " +
+                      std::to_string(count));
   return values;
 }
 
@@ -28,7 +28,7 @@ poseOf(const Eigen::Matrix4d& matrix, const std::string& source)
 {
   // KinectFusion's rotations, printed with few digits, are only nearly orthonormal.
   if (!isRigid(matrix, 1e-2))
-    throw pcl::IOException(source + ": the pose is not a rigid motion");
+    throw IOException(source + ": the pose is not a rigid motion");
   return closestPose(matrix);
 }
 

@@ -2,10 +2,12 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 // What ScanNet's exporters make of a .sens file: a folder each for colour, depth and poses.
 #include "io/recordings/image_streams.h"
+
 #include "io/recordings/recorded_poses.h"
 
+#include <bundle_icp/common/exceptions.h>
+
 #include <boost/filesystem.hpp>
-#include <pcl/exceptions.h>
 
 namespace bundle_icp {
 
@@ -48,8 +50,8 @@ refuseOtherPlace(const std::string& folder)
       continue;
     const Pose pose = readPoseFile(path);
     if (!pose.isApprox(Pose::Identity(), 1e-6))
-      throw pcl::IOException(path + ": is not the identity: depth must be registered to colour "
-                                    "before");
+      throw IOException(path + ": is not the identity: depth must be registered to colour "
+                               "before");
   }
 }
 

@@ -4,6 +4,8 @@
 
 #include "io/image_file.h"
 
+#include <bundle_icp/common/exceptions.h>
+
 #include <boost/filesystem.hpp>
 #include <opencv2/imgproc.hpp>
 #include <zlib.h>
@@ -65,7 +67,7 @@ public:
   skip(std::size_t count)
   {
     if (count > left_)
-      throw pcl::IOException(path_ + ": the file is cut off");
+      throw IOException(path_ + ": the file is cut off");
     file_.seekg(std::streamoff(count), std::ios::cur);
     left_ -= count;
   }
@@ -83,7 +85,7 @@ private:
   take(void* bytes, std::size_t count)
   {
     if (count > left_ || !file_.read(static_cast<char*>(bytes), std::streamsize(count)))
-      throw pcl::IOException(path_ + ": the file is cut off");
+      throw IOException(path_ + ": the file is cut off");
     left_ -= count;
   }
 
@@ -109,7 +111,7 @@ readSizes(Bytes& file, const std::string& path, SensHeader& header)
   for (CameraIntrinsics* const camera : {&header.color, &header.depth}) {
     const auto width = file.next<std::uint32_t>(), height = file.next<std::uint32_t>();
     if (width < 1 || width > MAX_SIDE || height < 1 || height > MAX_SIDE)
-      throw pcl::IOException(path + ": images of an impossible size");
+      throw IOException(path + ": images of an impossible size");
     camera->width = int(width);
     camera->height = int(height);
   }
@@ -119,11 +121,11 @@ SensHeader
 readHeader(Bytes& file, const std::string& path)
 {
   if (const auto version = file.next<std::uint32_t>(); version != VERSION)
-    throw pcl::IOException(path + ": version " + std::to_string(version) +
-                           " of the .sens format; only 4 is known");
+    throw IOException(path + ": version " + std::to_string(version) +
+                      " of the .sens format; only 4 is known");
   const auto name_size = file.next<std::uint64_t>();
   if (name_size > MAX_NAME)
-    throw pcl::IOException(path + ": is no .sens file: the sensor's name is too long");
+    throw IOException(path + ": is no .sens file: the sensor's name is too long");
   file.skip(name_size);
   SensHeader header;
   header.color = cameraOf(file.nextMatrix());
@@ -132,18 +134,18 @@ readHeader(Bytes& file, const std::string& path)
   // In all that ScanNet has published depth is in the place of colour. Which way its matrices map
   // is not documented.
   if (!file.nextMatrix().isApprox(color_place, 1e-6))
-    throw pcl::IOException(path + ": depth is not registered to colour: their extrinsic matrices "
-                                  "differ");
+    throw IOException(path + ": depth is not registered to colour: their extrinsic matrices "
+                             "differ");
   header.color_encoding = file.next<std::int32_t>();
   header.depth_encoding = file.next<std::int32_t>();
   if (header.color_encoding < RAW_COLOR || header.color_encoding > JPEG)
-    throw pcl::IOException(path + ": unknown encoding of colour");
+    throw IOException(path + ": unknown encoding of colour");
   if (header.depth_encoding != RAW_DEPTH && header.depth_encoding != ZLIB)
-    throw pcl::IOException(path + ": unknown encoding of depth");
+    throw IOException(path + ": unknown encoding of depth");
   readSizes(file, path, header);
   header.depth_scale = double(file.next<float>());
   if (!(header.depth_scale > 0 && std::isfinite(header.depth_scale)))
-    throw pcl::IOException(path + ": impossible units of depth");
+    throw IOException(path + ": impossible units of depth");
   header.num_frames = std::size_t(file.next<std::uint64_t>());
   return header;
 }
@@ -171,7 +173,7 @@ decodeColor(const std::string& bytes, const SensHeader& header, const std::strin
   const cv::Mat image(header.color.height, header.color.width, CV_8UC3,
                       const_cast<char*>(bytes.data()));
   if (bytes.size() != image.total() * image.elemSize())
-    throw pcl::IOException(name + ": colour of another size than the header says");
+    throw IOException(name + ": colour of another size than the header says");
   cv::Mat bgr;
   cv::cvtColor(image, bgr, cv::COLOR_RGB2BGR);
   return bgr;
@@ -183,7 +185,7 @@ decodeDepth(const std::string& bytes, const SensHeader& header, const std::strin
   const std::size_t size = 2 * std::size_t(header.depth.width) * std::size_t(header.depth.height);
   const bool is_packed = header.depth_encoding == ZLIB;
   if (is_packed ? bytes.size() < size / MAX_DEFLATION : bytes.size() != size)
-    throw pcl::IOException(name + ": depth of another size than the header says");
+    throw IOException(name + ": depth of another size than the header says");
   cv::Mat image(header.depth.height, header.depth.width, CV_16UC1);
   if (!is_packed)
     std::copy(bytes.begin(), bytes.end(), image.data);
@@ -191,7 +193,7 @@ decodeDepth(const std::string& bytes, const SensHeader& header, const std::strin
            uncompress(image.data, &written, reinterpret_cast<const Bytef*>(bytes.data()),
                       uLong(bytes.size())) != Z_OK ||
            written != size)
-    throw pcl::IOException(name + ": the compressed depth is damaged");
+    throw IOException(name + ": the compressed depth is damaged");
   return image;
 }
 
@@ -213,7 +215,7 @@ readSensContent(const std::string& path)
       throw;
   }
   if (content.frames.empty())
-    throw pcl::IOException(path + ": holds no frame");
+    throw IOException(path + ": holds no frame");
   return content;
 }
 

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "io/recordings/calibration_files.h"
+
 #include "io/recordings/recorded_poses.h"
 #include "io/text_file.h"
 
-#include <pcl/exceptions.h>
+#include <bundle_icp/common/exceptions.h>
 
 #include <boost/filesystem.hpp>
 
@@ -53,7 +54,7 @@ collectFrames(const std::string& folder, Recording& recording)
       recording.frames.push_back(frame);
   }
   if (recording.frames.empty())
-    throw pcl::IOException(folder + ": no frame has both a colour and a depth image");
+    throw IOException(folder + ": no frame has both a colour and a depth image");
   recording.findings.push_back(
       {Severity::NOTE,
        "pairing",

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "io/recordings/confidence.h"
+
 #include "io/recordings/image_streams.h"
 #include "io/recordings/recorded_poses.h"
 #include "io/text_file.h"
 
+#include <bundle_icp/common/exceptions.h>
+
 #include <boost/filesystem.hpp>
-#include <pcl/exceptions.h>
 
 #include <map>
 
@@ -30,10 +32,10 @@ readOdometry(const std::string& path)
     const std::string where = path + ":" + std::to_string(line.number);
     // Later versions of the recorder append the intrinsics of the frame.
     if (v.size() < 9 || v[1] < 0 || v[1] > 1e9)
-      throw pcl::IOException(where + ": expected timestamp, frame, x, y, z, qx, qy, qz, qw");
+      throw IOException(where + ": expected timestamp, frame, x, y, z, qx, qy, qz, qw");
     const Eigen::Quaterniond rotation(v[8], v[5], v[6], v[7]);
     if (std::abs(rotation.norm() - 1) > 1e-2)
-      throw pcl::IOException(where + ": the quaternion is not of unit length");
+      throw IOException(where + ": the quaternion is not of unit length");
     odometry[std::size_t(v[1])] = {v[0],
                                    Eigen::Translation3d(v[2], v[3], v[4]) * rotation.normalized()};
   }
@@ -57,7 +59,7 @@ takeOdometry(const std::string& path, Recording& recording)
     frames.push_back(frame);
   }
   if (frames.empty())
-    throw pcl::IOException(path + ": has a line for none of the images");
+    throw IOException(path + ": has a line for none of the images");
   recording.frames = std::move(frames);
   checkStamps(path, recording);
   finishEstimatedPoses("the device (ARKit)", recording);
@@ -90,11 +92,11 @@ readStrayScannerFolder(const std::string& folder, const DatasetOptions&)
 {
   const fs::path place(folder);
   if (!fs::is_directory(place / "rgb"))
-    throw pcl::IOException(
-        (place / "rgb.mp4").string() +
-        ": videos are not decoded; bring the frames to images with: mkdir " +
-        (place / "rgb").string() + " && ffmpeg -i " + (place / "rgb.mp4").string() +
-        " -fps_mode passthrough -start_number 0 " + (place / "rgb").string() + "/%06d.png");
+    throw IOException((place / "rgb.mp4").string() +
+                      ": videos are not decoded; bring the frames to images with: mkdir " +
+                      (place / "rgb").string() + " && ffmpeg -i " + (place / "rgb.mp4").string() +
+                      " -fps_mode passthrough -start_number 0 " + (place / "rgb").string() +
+                      "/%06d.png");
   Recording recording;
   recording.format = "Stray Scanner";
   recording.depth_scale = 1000;

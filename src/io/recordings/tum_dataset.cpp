@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "io/recordings/calibration_files.h"
+
 #include "io/recordings/name_numbers.h"
 #include "io/recordings/pairing.h"
 #include "io/recordings/time_stamps.h"
 #include "io/text_file.h"
 
-#include <pcl/exceptions.h>
+#include <bundle_icp/common/exceptions.h>
 
 #include <boost/algorithm/string.hpp>
 #include <boost/filesystem.hpp>
@@ -56,8 +57,8 @@ readList(const std::string& folder, const std::string& name, Recording& recordin
   std::size_t number = 0;
   for (const TextLine& line : readTextLines(path)) {
     if (line.words.size() < 2)
-      throw pcl::IOException(path + ":" + std::to_string(line.number) +
-                             ": expected a time stamp and a file name");
+      throw IOException(path + ":" + std::to_string(line.number) +
+                        ": expected a time stamp and a file name");
     const double timestamp = parseNumbers({line.number, {line.words[0]}}, path).front();
     const std::string file = listedFile(folder, {line.words.begin() + 1, line.words.end()});
     if (!fs::exists(file))
@@ -67,7 +68,7 @@ readList(const std::string& folder, const std::string& name, Recording& recordin
     ++number;
   }
   if (images.empty())
-    throw pcl::IOException(
+    throw IOException(
         path + (number == 0 ? ": lists no image"
                             : ": none of the " + std::to_string(number) + " listed images exists"));
   return images;
@@ -120,7 +121,7 @@ pairStreams(const Stream& color, const Stream& depth, double max_difference,
     pairByName(color, depth, folder, recording);
   }
   catch (const pcl::IOException& error) {
-    throw pcl::IOException(messageOf(error) + ", and " + fault);
+    throw IOException(messageOf(error) + ", and " + fault);
   }
 }
 
@@ -131,8 +132,7 @@ secondStamp(const TextLine& line, const std::string& path)
   for (std::size_t i = 2; i + 1 < line.words.size(); ++i)
     if (isNumber(line.words[i]))
       return i;
-  throw pcl::IOException(path + ":" + std::to_string(line.number) +
-                         ": expected TIME IMAGE TIME IMAGE");
+  throw IOException(path + ":" + std::to_string(line.number) + ": expected TIME IMAGE TIME IMAGE");
 }
 
 // A line holds two stamps and two images, in either order; both times may differ.
@@ -159,7 +159,7 @@ readAssociations(const std::string& path, const std::string& folder, Recording& 
       recording.skipped.push_back({images[has_color].file, "listed in " + path + " but absent"});
   }
   if (color.empty())
-    throw pcl::IOException(path + ": names no pair of images that exist");
+    throw IOException(path + ": names no pair of images that exist");
   convertStamps(color, path, recording);
   for (std::size_t i = 0; i < color.size(); ++i)
     recording.frames.push_back({color[i].number, color[i].timestamp, color[i].file, depth[i].file});

@@ -4,8 +4,9 @@
 
 #include <bundle_icp/registration/bundle_icp.h>
 
+#include <bundle_icp/common/exceptions.h>
+
 #include <pcl/common/transforms.h>
-#include <pcl/exceptions.h>
 #include <pcl/search/impl/search.hpp>
 #include <pcl/search/kdtree.h>
 
@@ -145,7 +146,7 @@ BundleICP<PointSource, PointTarget, Scalar>::setCameraIntrinsics(const CameraInt
 {
   std::string error;
   if (!camera.isValid(&error))
-    throw pcl::BadArgumentException("BundleICP::setCameraIntrinsics: " + error);
+    throw BadArgumentException("BundleICP::setCameraIntrinsics: " + error);
   settings_.camera = camera;
 }
 
@@ -155,8 +156,7 @@ BundleICP<PointSource, PointTarget, Scalar>::setVirtualDepthPose(
     const Eigen::Isometry3d& world_from_virtual)
 {
   if (!isRigid(world_from_virtual.matrix()))
-    throw pcl::BadArgumentException(
-        "BundleICP::setVirtualDepthPose: the matrix is not a rigid motion");
+    throw BadArgumentException("BundleICP::setVirtualDepthPose: the matrix is not a rigid motion");
   settings_.world_from_virtual = closestPose(world_from_virtual.matrix());
 }
 
@@ -169,7 +169,7 @@ BundleICP<PointSource, PointTarget, Scalar>::setVisualCorrespondences(
   const VisualCorrespondences visual{source_points, target_points, weights};
   std::string error;
   if (!isValid(visual, &error))
-    throw pcl::BadArgumentException("BundleICP::setVisualCorrespondences: " + error);
+    throw BadArgumentException("BundleICP::setVisualCorrespondences: " + error);
   settings_.visual = visual;
 }
 
@@ -186,8 +186,8 @@ void
 BundleICP<PointSource, PointTarget, Scalar>::setMaxMisalignment(double distance)
 {
   if (!(distance >= 0 && std::isfinite(distance)))
-    throw pcl::BadArgumentException("BundleICP::setMaxMisalignment: " + std::to_string(distance) +
-                                    " m; expected a finite distance of 0 or more");
+    throw BadArgumentException("BundleICP::setMaxMisalignment: " + std::to_string(distance) +
+                               " m; expected a finite distance of 0 or more");
   settings_.max_misalignment = distance;
 }
 
@@ -196,8 +196,8 @@ void
 BundleICP<PointSource, PointTarget, Scalar>::setNumberOfThreads(int num_threads)
 {
   if (num_threads < 0)
-    throw pcl::BadArgumentException(
-        "BundleICP::setNumberOfThreads: " + std::to_string(num_threads) + " must be at least 0");
+    throw BadArgumentException("BundleICP::setNumberOfThreads: " + std::to_string(num_threads) +
+                               " must be at least 0");
   settings_.num_threads = num_threads;
 }
 

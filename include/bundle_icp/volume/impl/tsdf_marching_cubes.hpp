@@ -4,7 +4,8 @@
 
 #include <bundle_icp/volume/tsdf_marching_cubes.h>
 
-#include <pcl/exceptions.h>
+#include <bundle_icp/common/exceptions.h>
+
 #include <pcl/point_types.h>
 #include <pcl/type_traits.h>
 // The base class is instantiated where it is used, so that users need not link
@@ -38,7 +39,7 @@ SurfaceMesh
 TSDFMarchingCubes<PointNT>::extract()
 {
   if (!volume_)
-    throw pcl::BadArgumentException("TSDFMarchingCubes: no volume; call setVolume() first");
+    throw BadArgumentException("TSDFMarchingCubes: no volume; call setVolume() first");
   MeshOptions options = options_;
   options.iso_level = this->iso_level_;
   return extractSurface(*volume_, options, &report_);
