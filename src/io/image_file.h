@@ -13,7 +13,7 @@ namespace bundle_icp {
 /** A readable image of the wrong kind: likely all images of the recording have the same fault. */
 class UnsuitableImage : public IOException {
 public:
-  using IOException::PlainException;
+  using PlainException::PlainException;
 };
 
 /** Reads a colour image: CV_8UC3 BGR, as stored (no rotation by EXIF: depth knows

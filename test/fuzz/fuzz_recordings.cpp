@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
-// Readers of recordings. The first byte of the input chooses a layout; the rest, cut at bytes of 0x1e,
-// gives the text files of that layout. Its images are good.
+// Readers of recordings. The first byte of the input chooses a layout; the rest, cut at bytes of
+// 0x1e, gives the text files of that layout. Its images are good.
 #include "reader.h"
 
 #include <bundle_icp/io/rgbd_dataset.h>
