@@ -227,6 +227,25 @@ TEST(BadSevenScenes, OtherSizesNeedIntrinsics)
   EXPECT_CONTAINS(openError(folder.path()), "no frame has both");
 }
 
+TEST(BadOpen3d, ABrokenCalibrationDoesNoHarmWhereTheOptionsHaveIntrinsics)
+{
+  const TemporaryFolder folder;
+  recordings::writeOpen3d(folder.path(), 2);
+  writeText(folder.path("intrinsic.json"), R"({"fx": 60, "fy": 60, "ppx": 32, "ppy": 24,
+                "model": "ftheta", "coeffs": [1, 2], "depth_scale": 4000})");
+  EXPECT_CONTAINS(openError(folder.path()), "intrinsic.json: the distortion model 'ftheta'");
+  DatasetOptions options;
+  options.intrinsics = parseIntrinsics("60,60,32,24");
+  const auto dataset = openDataset(folder.path(), options);
+  EXPECT_FLOAT_EQ(dataset->read(0).depth.at<float>(0, 0), 1); // its scale is not used either
+  std::string warning;
+  for (const Finding& finding : dataset->findings())
+    if (finding.severity == Severity::WARNING)
+      warning += finding.what;
+  EXPECT_CONTAINS(warning, "the calibration file is not used");
+  EXPECT_CONTAINS(warning, "'ftheta'");
+}
+
 TEST(BadOpen3d, IntrinsicsMissingOrOfAnotherSize)
 {
   const TemporaryFolder folder;

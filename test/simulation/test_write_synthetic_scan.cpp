@@ -256,14 +256,34 @@ TEST_F(SimulateProgram, WritesWhatItsOptionsSay)
   EXPECT_TRUE(areSame(dataset->read(2).color, scan.read(2).color));
 }
 
+TEST_F(SimulateProgram, WritesDepthOfAnotherCamera)
+{
+  const ProgramResult result =
+      runProgram("bundle_icp_simulate",
+                 {folder.path("scan"), "-q", "--frames", "1", "--size", "80x60", "--focal-length",
+                  "66", "--depth-size", "64x64", "--depth-focal-length", "60", "--depth-offset",
+                  "-0.02,0,0.01", "--surface-spacing", "0"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_CONTAINS(readText(folder.path("scan/intrinsics.txt")),
+                  "\ndepth_intrinsics 60 60 31.5 31.5\ndepth_to_color -0.02 0 0.01\n");
+  EXPECT_EQ(openDataset(folder.path("scan"))->read(0).depth.size(), cv::Size(80, 60));
+}
+
 TEST_F(SimulateProgram, ExplainsItself)
 {
   const ProgramResult result = runProgram("bundle_icp_simulate", {"-h"});
   EXPECT_EQ(result.exit_code, 0);
-  for (const char* option :
-       {"--frames", "--rate", "--size", "--focal-length", "--seed", "--threads", "--full-noise",
-        "--noise", "--quantisation", "--holes", "--flying-pixels", "--color-noise", "--blur",
-        "--exposure-change", "--depth-bias", "--focal-error", "--time-offset", "--unordered"})
+  for (const char* option : {"--frames",        "--rate",
+                             "--size",          "--focal-length",
+                             "--seed",          "--threads",
+                             "--full-noise",    "--noise",
+                             "--quantisation",  "--holes",
+                             "--flying-pixels", "--color-noise",
+                             "--blur",          "--exposure-change",
+                             "--depth-size",    "--depth-focal-length",
+                             "--depth-offset",  "--depth-bias",
+                             "--focal-error",   "--time-offset",
+                             "--unordered"})
     EXPECT_CONTAINS(result.out, option);
 }
 
@@ -274,6 +294,10 @@ TEST_F(SimulateProgram, ExitCodesTellFailureFromWrongUse)
   const std::tuple<std::vector<std::string>, int, const char*> cases[] = {
       {{}, 2, "expected a folder OUT"},
       {{out, "--size", "640"}, 2, "--size 640: expected WxH"},
+      {{out, "--depth-size", "64"}, 2, "--depth-size 64: expected WxH"},
+      {{out, "--depth-offset", "0.1,0"}, 2, "--depth-offset 0.1,0: expected X,Y,Z"},
+      {{out, "--depth-offset", "2,0,0"}, 2, "depth_offset [m] is 2"},
+      {{out, "--depth-size", "64x64", "--gripper"}, 2, "registered depth only"},
       {{out, "--frames", "0"}, 2, "num_frames is 0"},
       {{out, "--noise", "much"}, 2, "--noise"},
       {{out, "--nonsense"}, 2, "nonsense"},
