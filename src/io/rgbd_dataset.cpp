@@ -88,8 +88,8 @@ readRecording(const std::string& path, const DatasetOptions& options)
   if (const RecordingFormat* const format = findFormat(path))
     return format->read(path, options);
   if (!fs::is_directory(path))
-    throw IOException(path + ": is not a folder, and no recording in one file. " +
-                      howToLayOut(folderOf(path)));
+    throw IOException(path +
+                      ": is not a folder, and no recording in one file (x.sens, transforms.json)");
   throw IOException(path + ": unknown format" + recordingsWithin(path) +
                     recordingsOfOtherKinds(path) + ". " + howToLayOut(path));
 }

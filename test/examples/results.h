@@ -24,11 +24,11 @@ protected:
 
   /** A scan of 12 small images, from which a mesh can be made within seconds. */
   void
-  simulate()
+  simulate(const std::string& format = "tum")
   {
     const ProgramResult result = runProgram(
         "bundle_icp_simulate", {scan, "--frames", "12", "--size", "320x240", "--focal-length",
-                                "262", "--surface-spacing", "0", "-q"});
+                                "262", "--surface-spacing", "0", "-q", "--format", format});
     ASSERT_EQ(result.exit_code, 0) << result.err;
   }
 

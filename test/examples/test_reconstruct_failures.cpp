@@ -102,7 +102,10 @@ TEST_F(ReconstructFailure, FolderMissingEmptyOrUnknown)
   EXPECT_CONTAINS(error({scan + "/rgb.txt", "-o", out}, 1), "rgb.txt: is not a folder");
   fs::create_directories(folder.path("empty"));
   EXPECT_CONTAINS(error({folder.path("empty"), "-o", out}, 1), "empty: the folder is empty");
-  EXPECT_CONTAINS(error({folder.path(), "-o", out}, 1), "unknown format; expected TUM");
+  const ProgramResult unknown = runProgram("bundle_icp_reconstruct", {folder.path(), "-o", out});
+  EXPECT_EQ(unknown.exit_code, 1);
+  EXPECT_CONTAINS(unknown.err, "unknown format, but its folder " + scan);
+  EXPECT_CONTAINS(unknown.err, "\n  bundle_icp_reconstruct " + folder.path() + " -o result\n");
 }
 
 TEST_F(ReconstructFailure, ARecordingThatCannotBeReadMakesNoFolder)

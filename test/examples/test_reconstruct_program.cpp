@@ -12,6 +12,8 @@
 #include <pcl/conversions.h>
 #include <pcl/io/ply_io.h>
 
+#include <map>
+
 using namespace bundle_icp;
 
 namespace {
@@ -97,6 +99,27 @@ TEST_F(ReconstructScan, GivesPosesPointsMeshAndReport)
   EXPECT_LT(error->translation.rmse, 0.005); // exact depth in images of 320x240
   EXPECT_GT(meshVertices().size(), 1000u);
   EXPECT_FALSE(cv::imread(out + "/mesh.png").empty());
+}
+
+TEST_F(ReconstructScan, IsTheSameInFormatsThatKeepTheSame)
+{
+  std::map<std::string, std::string> meshes, trajectories;
+  std::map<std::string, Trajectory> poses;
+  for (const char* const format : {"open3d", "nerfstudio", "pcd"}) {
+    scan = folder.path(format);
+    simulate(format);
+    const ProgramResult result = reconstruct();
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    meshes[format] = readText(out + "/mesh.ply");
+    trajectories[format] = readText(out + "/trajectory.txt");
+    poses[format] = readTrajectory(out + "/trajectory.txt");
+  }
+  EXPECT_EQ(trajectories["open3d"], trajectories["nerfstudio"]);
+  EXPECT_TRUE(meshes["open3d"] == meshes["nerfstudio"]); // too long to be printed
+  // The intrinsics of clouds are found from their points.
+  const auto error = absoluteTrajectoryError(poses["open3d"], poses["pcd"]);
+  ASSERT_TRUE(error);
+  EXPECT_LT(error->translation.rmse, 1e-4);
 }
 
 TEST_F(ReconstructScan, MeshIsFilledAndDecimatedAndWrittenInEachFormat)

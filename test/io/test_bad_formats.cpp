@@ -52,6 +52,21 @@ TEST_F(BadFormat, NegativeFocalLengthOfIclNuim)
   }
 }
 
+TEST_F(BadFormat, IclNuimIsKnownByItsFolder)
+{
+  const std::string traj = folder.path("living_room_traj0_frei_png");
+  recordings::writeTum(traj, 2, {640, 480});
+  for (const char* const file : {"rgb.txt", "depth.txt", "intrinsics.txt"})
+    fs::remove(traj + "/" + file);
+  writeText(traj + "/associations.txt", "1 depth/0.png 1 rgb/0.png\n2 depth/1.png 2 rgb/1.png\n");
+  writeText(traj + "/livingRoom0.gt.freiburg", "1 0 0.5 0 0 0 0 1\n2 0 1 0 0 0 0 1\n");
+  const auto dataset = openDataset(traj);
+  EXPECT_EQ(dataset->camera().fx, 481.2);
+  EXPECT_EQ(dataset->camera().fy, 480);
+  ASSERT_EQ(dataset->groundTruth().size(), 2u);
+  EXPECT_EQ(dataset->groundTruth()[1].world_from_camera.translation(), Eigen::Vector3d(0, -1, 0));
+}
+
 TEST_F(BadFormat, OneFolderTellsStreamsApartByWords)
 {
   for (int i = 1; i < 4; ++i) {
