@@ -6,6 +6,7 @@
 
 #include <boost/filesystem.hpp>
 #include <nlohmann/json.hpp>
+#include <opencv2/core.hpp>
 
 namespace bundle_icp {
 

@@ -86,6 +86,7 @@ void
 sortByNames(std::vector<JsonFrame>& frames)
 {
   std::vector<std::string> stems;
+  stems.reserve(frames.size());
   for (const JsonFrame& frame : frames)
     stems.push_back(fs::path(frame.images.color_file).stem().string());
   const auto parts = distinguishingParts(stems);
@@ -95,6 +96,7 @@ sortByNames(std::vector<JsonFrame>& frames)
     return comesBefore(parts[a], parts[b]);
   });
   std::vector<JsonFrame> sorted;
+  sorted.reserve(frames.size());
   for (const std::size_t i : order)
     sorted.push_back(frames[i]);
   frames = std::move(sorted);

@@ -12,6 +12,7 @@
 
 #include <Eigen/Dense>
 #include <boost/filesystem.hpp>
+#include <opencv2/core.hpp>
 
 namespace bundle_icp {
 

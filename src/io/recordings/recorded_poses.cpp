@@ -54,6 +54,7 @@ takeMedianCamera(const std::vector<CameraIntrinsics>& cameras, const std::string
 {
   const auto sorted = [&cameras](double CameraIntrinsics::*number) {
     std::vector<double> values;
+    values.reserve(cameras.size());
     for (const CameraIntrinsics& camera : cameras)
       values.push_back(camera.*number);
     std::sort(values.begin(), values.end());

@@ -19,9 +19,10 @@ namespace {
 std::string
 matrixFile(const std::string& folder, const std::string& matrix, const std::string& camera)
 {
-  for (const std::string& name :
-       {matrix + "/" + matrix + "_" + camera + ".txt", matrix + "s_" + camera + ".txt",
-        "intrinsic/" + matrix + "_" + camera + ".txt"})
+  const std::string ending = "_" + camera + ".txt";
+  const std::string names[] = {matrix + "/" + matrix + ending, matrix + "s" + ending,
+                               "intrinsic/" + matrix + ending};
+  for (const std::string& name : names)
     if (fs::exists(fs::path(folder) / name))
       return (fs::path(folder) / name).string();
   return {};

@@ -67,6 +67,7 @@ std::optional<double>
 findTimeUnit(const std::vector<SensFrame>& frames, const std::string& path, Recording& recording)
 {
   std::vector<double> stamps;
+  stamps.reserve(frames.size());
   for (const SensFrame& frame : frames)
     stamps.push_back(frame.stamp);
   const TimeUnit unit = timeUnitOf(stamps).value_or(TimeUnit{1e-6, "microseconds"});
