@@ -180,9 +180,17 @@ void
 makeFolder(const std::string& folder)
 {
   boost::system::error_code error;
-  if (fs::is_directory(folder, error))
-    return;
-  fs::create_directories(fs::absolute(folder).lexically_normal(), error);
+  fs::path path;
+  // Part by part: "." and ".." are no folders that can be made.
+  for (const fs::path& part : fs::path(folder)) {
+    path /= part;
+    if (part == "." || part == ".." || error || fs::is_directory(path))
+      continue;
+    if (fs::exists(path))
+      error = make_error_code(boost::system::errc::not_a_directory);
+    else
+      fs::create_directory(path, error);
+  }
   if (!fs::is_directory(folder))
     throw IOException(folder + ": cannot be made a folder" + (error ? ": " + error.message() : ""));
 }

@@ -190,6 +190,7 @@ Meeting
 NearestMatcher::meeting(const SourcePoints& source, const Matches& m,
                         const Eigen::Vector3d& center) const
 {
+  constexpr std::size_t num_ring = 5; // the point and its four neighbours
   const Eigen::Vector3f about = center.cast<float>();
   std::size_t near = 0, against = 0;
 #pragma omp parallel num_threads(resolveThreads(problem_.num_threads)) reduction(+ : near, against)
@@ -200,8 +201,8 @@ NearestMatcher::meeting(const SourcePoints& source, const Matches& m,
       if (m.target[i] < 0)
         continue;
       const Eigen::Vector3f q = pointAt(problem_.target, m.target[i]);
-      problem_.nearest(q.data(), 5, ring);
-      if (ring.empty())
+      problem_.nearest(q.data(), num_ring, ring);
+      if (ring.size() < num_ring) // so few points are no surface to be near to
         continue;
       const float limit = 2 * (pointAt(problem_.target, ring.back()) - q).norm();
       const float distance = (Eigen::Vector3f(m.px[i], m.py[i], m.pz[i]) + about - q).norm();

@@ -254,6 +254,7 @@ TEST_F(ReconstructFailure, ASignalStopsARunThatLeavesNothing)
   simulate();
   const std::string program = std::string(BUNDLE_ICP_PROGRAM_FOLDER) + "/bundle_icp_reconstruct";
   for (const int signal : {SIGINT, SIGTERM}) {
+    fs::remove(out + ".err");
     const pid_t child = fork();
     if (child == 0) {
       std::freopen((out + ".err").c_str(), "w", stderr);
