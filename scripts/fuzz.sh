@@ -23,6 +23,6 @@ export ASAN_OPTIONS=detect_leaks=0:allocator_may_return_null=0 UBSAN_OPTIONS=hal
 for name in files recordings; do
   mkdir -p build/fuzz/corpus_$name
   build/fuzz/test/fuzz/bundle_icp_fuzz_$name -max_total_time="$seconds" -timeout=10 -rss_limit_mb=1024 \
-    -max_len=16384 -artifact_prefix=build/fuzz/ -print_final_stats=1 -verbosity=0 \
+    -max_len=16384 -artifact_prefix=build/fuzz/ -print_final_stats=1 -print_funcs=0 -verbosity=0 \
     build/fuzz/corpus_$name test/fuzz/corpus/$name
 done

@@ -62,6 +62,9 @@ errorsOf(const SyntheticScanOptions& options)
 
 TEST(DepthCamera, BesideTheColourCameraIsAsGoodAsRegisteredDepth)
 {
+#ifdef __SANITIZE_ADDRESS__
+  GTEST_SKIP() << "too slow with sanitizers";
+#endif
   SyntheticScanOptions options = noisyScan();
   const Errors registered = errorsOf(options);
   options.depth_offset = {0.03, 0.002, 0};
