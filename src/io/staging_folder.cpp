@@ -46,12 +46,13 @@ planSteps(const fs::path& folder, const fs::path& staging, const std::vector<std
           std::vector<Step>& steps)
 {
   boost::system::error_code code;
+  const fs::path place = fs::canonical(folder); // "." and links name no other file system
   for (const std::string& name : known) {
     const std::string path = (folder / name).string();
     if (fs::exists(staging / name)) {
-      const Step step{staging / name, writeTarget(path), path};
+      const Step step{staging / name, writeTarget((place / name).string()), path};
       synchronise(step.staged, path);
-      if (step.target.parent_path() != fs::canonical(folder)) {
+      if (step.target.parent_path() != place) {
         const fs::path copy = createBeside(step.target, path);
         steps.push_back({copy, step.target, path});
         fs::copy_file(step.staged, copy, fs::copy_options::overwrite_existing, code);
@@ -64,7 +65,7 @@ planSteps(const fs::path& folder, const fs::path& staging, const std::vector<std
     }
     else if (const fs::file_type type = fs::symlink_status(path, code).type();
              type == fs::regular_file || type == fs::symlink_file)
-      steps.push_back({{}, fs::canonical(folder) / name, path});
+      steps.push_back({{}, place / name, path});
   }
 }
 
