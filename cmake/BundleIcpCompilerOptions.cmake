@@ -17,6 +17,10 @@ function(bundle_icp_set_compiler_options target)
       # address sanitizer catches access through null, Eigen's assertions misaligned matrices.
       target_compile_options(${target} PRIVATE -fno-sanitize=null,alignment)
     endif()
+    if(CMAKE_CXX_COMPILER_ID MATCHES Clang)
+      # Loops with a sanitizer's checks in them are no vector loops any more.
+      target_compile_options(${target} PRIVATE -Wno-pass-failed)
+    endif()
     # Under the address sanitizer Eigen aligns memory by itself, which PCL, built without, would then
     # free, or free of PCL's. The sanitizer's malloc aligns as the system's does.
     target_compile_definitions(${target} PRIVATE EIGEN_MALLOC_ALREADY_ALIGNED=1)
