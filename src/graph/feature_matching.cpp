@@ -9,13 +9,17 @@
 #include <bundle_icp/common/exceptions.h>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
+#include <set>
 
 namespace bundle_icp {
 namespace {
 
 /** Square of RootSIFT's norm in the units of Features::descriptors. */
 constexpr std::int32_t SQUARED_NORM = 256 * 256;
+/** So many times as far as inliers may be lies what moves otherwise. */
+constexpr double FAR = 3;
 
 /** Of unit vectors: |a - b|^2 / 2 = 1 - a b. Rounded descriptors may be a little longer than one:
  *  a negative distance would turn the ratio test around. */
@@ -83,6 +87,58 @@ match(const cv::Mat& first, const cv::Mat& second, const PreparedDescriptors& fi
   return matches;
 }
 
+/** Share of the image that matches cover, in cells of a grid. */
+std::size_t
+coveredCells(const Features& features, const std::vector<FeatureMatch>& matches,
+             const CameraIntrinsics& camera)
+{
+  constexpr int columns = 16, rows = 12;
+  std::set<std::pair<int, int>> cells;
+  for (const FeatureMatch& m : matches) {
+    const Eigen::Vector2f& pixel = features.pixels[std::size_t(m.first)];
+    cells.emplace(int(pixel.x()) * columns / camera.width, int(pixel.y()) * rows / camera.height);
+  }
+  return cells.size();
+}
+
+/** Matches that can be aligned, and their points. */
+struct MeasuredMatches {
+  std::vector<FeatureMatch> matches;
+  std::vector<PointPair> points;
+};
+
+/** The motion that most of the matches agree on; no matches when fewer than options.min_matches. */
+FramePair
+alignMatches(const MeasuredMatches& measured, const MatchingOptions& options)
+{
+  FramePair pair;
+  if (measured.points.size() < options.min_matches)
+    return pair;
+  const RigidAlignment alignment = robustRigidAlignment(measured.points, options.verification);
+  if (!alignment.success || alignment.inliers.size() < options.min_matches)
+    return pair;
+  pair.first_from_second = alignment.target_from_source;
+  for (const std::size_t k : alignment.inliers)
+    pair.matches.push_back(measured.matches[k]);
+  return pair;
+}
+
+/** The matches that lie far from a motion, not only in the tail of its errors. */
+MeasuredMatches
+farFrom(const Pose& first_from_second, const MeasuredMatches& measured, double inlier_sigmas)
+{
+  MeasuredMatches far;
+  for (std::size_t k = 0; k < measured.points.size(); ++k) {
+    const PointPair& points = measured.points[k];
+    const double distance = (first_from_second * points.source - points.target).norm();
+    if (distance * std::sqrt(points.weight) > FAR * inlier_sigmas) {
+      far.matches.push_back(measured.matches[k]);
+      far.points.push_back(points);
+    }
+  }
+  return far;
+}
+
 void
 checkArguments(std::size_t num_features,
                const std::vector<std::pair<std::size_t, std::size_t>>& candidates,
@@ -143,26 +199,24 @@ verifyMatches(const Features& first, const Features& second,
               const std::vector<FeatureMatch>& putative, const CameraIntrinsics& camera,
               const MatchingOptions& options)
 {
-  FramePair pair;
-  pair.num_putative = putative.size();
-  std::vector<FeatureMatch> measured;
-  std::vector<PointPair> points;
+  MeasuredMatches measured;
   for (const FeatureMatch& m : putative) {
     if (!first.hasDepth(m.first) || !second.hasDepth(m.second))
       continue;
-    measured.push_back(m);
-    points.push_back(
+    measured.matches.push_back(m);
+    measured.points.push_back(
         {pointInCamera(second, m.second, camera), pointInCamera(first, m.first, camera),
          1 / (pointVariance(first, m.first, camera) + pointVariance(second, m.second, camera))});
   }
-  if (points.size() < options.min_matches)
-    return pair;
-  const RigidAlignment alignment = robustRigidAlignment(points, options.verification);
-  if (!alignment.success || alignment.inliers.size() < options.min_matches)
-    return pair;
-  pair.first_from_second = alignment.target_from_source;
-  for (const std::size_t k : alignment.inliers)
-    pair.matches.push_back(measured[k]);
+  FramePair pair = alignMatches(measured, options);
+  if (!pair.matches.empty()) {
+    FramePair other = alignMatches(
+        farFrom(pair.first_from_second, measured, options.verification.inlier_sigmas), options);
+    if (coveredCells(first, other.matches, camera) > coveredCells(first, pair.matches, camera))
+      std::swap(pair, other);
+    pair.matches_of_other_motion = std::move(other.matches);
+  }
+  pair.num_putative = putative.size();
   return pair;
 }
 

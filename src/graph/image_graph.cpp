@@ -2,6 +2,8 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include <bundle_icp/graph/image_graph.h>
 
+#include "graph/moving_features.h"
+
 #include <bundle_icp/common/exceptions.h>
 
 #include <boost/graph/adjacency_list.hpp>
@@ -199,9 +201,11 @@ ImageGraph::append(std::vector<ImageNode> frames, bool ordered_in_time,
     completed = !progress || progress(p);
     return completed;
   };
-  for (FramePair& pair :
-       matchPairs(impl_->allFeatures(), impl_->camera, {candidates.begin(), candidates.end()},
-                  impl_->options.matching, watch)) {
+  std::vector<FramePair> pairs =
+      matchPairs(impl_->allFeatures(), impl_->camera, {candidates.begin(), candidates.end()},
+                 impl_->options.matching, watch);
+  removeMovingPairs(size(), pairs);
+  for (FramePair& pair : pairs) {
     graph[pair.first].correspondences += pair.matches.size();
     graph[pair.second].correspondences += pair.matches.size();
     const std::size_t first = pair.first, second = pair.second;

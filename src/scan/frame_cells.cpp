@@ -28,6 +28,7 @@ inCells(const RGBDFrame& frame)
   FrameCells sample;
   cv::Mat color;
   cv::resize(frame.depth, sample.depth, size, 0, 0, cv::INTER_NEAREST);
+  cv::resize(frame.color, sample.color, size * 2, 0, 0, cv::INTER_AREA);
   cv::resize(frame.color, color, size, 0, 0, cv::INTER_AREA);
   cv::cvtColor(color, sample.gray, cv::COLOR_BGR2GRAY);
   sample.gray.convertTo(sample.gray, CV_32F);

@@ -112,7 +112,7 @@ PreparedScan::Impl::findStaying()
 {
   staying_ = findStayingPixels(dataset_, options_.num_threads);
   if (!staying_.cameraStandsStill())
-    dataset_.setMask([this](const RGBDFrame&) { return staying_.camera_fixed; });
+    dataset_.setMask([mask = staying_.staysWithCamera()](const RGBDFrame&) { return mask; });
   else if (options_.moving == MovingPart::OBJECT)
     dataset_.setMask([this](const RGBDFrame& frame) { return staying_.surroundingsIn(frame); });
   else if (staying_.moving_frames > 0)

@@ -268,6 +268,7 @@ Reconstruction::verify()
   add(timeOffsetFindings(result_, has_times));
   add(stillCameraFindings(result_));
   add(movingFindings(result_.frames));
+  add(twoMotionsFindings(*result_.graph));
   add(sceneFindings(result_));
 }
 

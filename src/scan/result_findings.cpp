@@ -48,6 +48,20 @@ cameraFixedFinding(const cv::Mat& mask)
           ""};
 }
 
+Finding
+markFinding(const cv::Mat& mask)
+{
+  const double share = double(cv::countNonZero(mask)) / double(mask.total());
+  return {
+      Severity::NOTE,
+      "mark_in_image",
+      formatText("a mark stays in the image (text, a logo, a scratch of the lens): %.0f %% of the "
+                 "image is left out of poses and surface",
+                 100 * share),
+      {{"share_of_image", share}},
+      ""};
+}
+
 } // namespace
 
 std::vector<Finding>
@@ -61,6 +75,8 @@ stayingFindings(const StayingPixels& staying, MovingPart moving)
   const bool is_wanted = moving == MovingPart::OBJECT;
   if (!staying.camera_fixed.empty())
     findings.push_back(cameraFixedFinding(staying.camera_fixed));
+  if (!staying.mark.empty())
+    findings.push_back(markFinding(staying.mark));
   if (is_wanted && !staying.cameraStandsStill())
     findings.push_back(
         {Severity::FAULT, "moving_object",
@@ -105,6 +121,27 @@ movingFindings(const std::vector<FrameReport>& frames)
                   moving, registered, 100 * most),
        {{"frames", moving}, {"largest_share", most}},
        ""}};
+}
+
+std::vector<Finding>
+twoMotionsFindings(const ImageGraph& graph)
+{
+  constexpr double least_share = 0.05; // fewer pairs are chance, or textures that repeat
+  constexpr double large_share = 0.2;  // from here on the other motion may be that of the scene
+  double two = 0;
+  for (std::size_t node = 0; node < graph.size(); ++node)
+    for (const ImageEdge& edge : graph.edges(node))
+      two += edge.neighbour > node && !edge.pair->matches_of_other_motion.empty();
+  const auto pairs = double(graph.numEdges());
+  if (two <= least_share * pairs)
+    return {};
+  return {{two > large_share * pairs ? Severity::WARNING : Severity::NOTE,
+           "two_motions",
+           formatText("in %.0f of %.0f pairs of images something moves there as a whole: poses are "
+                      "those of what fills more of the images",
+                      two, pairs),
+           {{"pairs", two}, {"share", two / pairs}},
+           "leave it out by images in a folder mask/, or record without it"}};
 }
 
 std::vector<Finding>

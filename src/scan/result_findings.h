@@ -17,6 +17,10 @@ stayingFindings(const StayingPixels& staying, MovingPart moving);
 std::vector<Finding>
 movingFindings(const std::vector<FrameReport>& frames);
 
+/** That two things move before the camera, each as a whole, by the matches of pairs of images. */
+std::vector<Finding>
+twoMotionsFindings(const ImageGraph& graph);
+
 /** A time between colour and depth that no camera has: they were paired wrongly.
  *  \param has_times whether the stamps are times; if not, frames are the unit of time */
 std::vector<Finding>

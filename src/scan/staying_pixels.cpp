@@ -5,6 +5,7 @@
 #include "refinement/spread.h"
 #include "scan/camera_fixed_part.h"
 #include "scan/frame_cells.h"
+#include "scan/image_mark.h"
 
 #include <opencv2/imgproc.hpp>
 
@@ -99,8 +100,10 @@ public:
       return found;
     found.camera_fixed = findCameraFixedPart(samples_, camera_);
     findSurroundings(found);
-    if (!found.cameraStandsStill())
+    if (!found.cameraStandsStill()) {
+      found.mark = findImageMark(samples_, camera_);
       return found;
+    }
     found.camera_fixed.release(); // all of the surroundings is fixed to it
     samples_ = readCells(dataset_, num_threads_, STILL_SAMPLES);
     findSurroundings(found);
@@ -254,6 +257,12 @@ StayingPixels::movingCells(const cv::Mat& depth, const cv::Mat& gray) const
     if (statistics.at<int>(label, cv::CC_STAT_AREA) < least)
       moves.setTo(0, labels == label);
   return moves;
+}
+
+cv::Mat
+StayingPixels::staysWithCamera() const
+{
+  return mark.empty() ? camera_fixed : camera_fixed.empty() ? mark : cv::Mat(camera_fixed | mark);
 }
 
 cv::Mat

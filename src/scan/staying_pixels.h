@@ -17,12 +17,19 @@ public:
   /** Mask of what moves with a moving camera: a gripper, a hand on the sensor, a part of its mount.
    *  CV_8UC1 of the size of the frames, not 0 where it is; empty when nothing is. */
   cv::Mat camera_fixed;
+  /** Mask of a mark in the images of a moving camera, of the same form: its pixels show the surface
+   *  behind it, but features on it do not move with that. */
+  cv::Mat mark;
   /** Share of the measured pixels whose farthest depth and grey level stay, of all or of those on
    *  no plain surface, whichever is less; 0 where too few tell. */
   double share_of_surroundings = 0;
   /** Share of the image that differs from the surroundings, and share of the sampled frames in
    *  which it does, where the camera stands still. */
   double moving_share = 0, moving_frames = 0;
+
+  /** Mask of all that must not count where the camera moves; empty when nothing is. */
+  cv::Mat
+  staysWithCamera() const;
 
   /** True when most of the image stays: it shows the surroundings. */
   bool

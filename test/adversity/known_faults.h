@@ -15,12 +15,9 @@ knownFaults()
   static const std::map<std::string, std::string> faults = {
       {"30_cm_too_far.table", "doubtful, but by its symptoms alone"},
       {"as_seven_scenes_with_poses.table", "1.4 mm for 1.2; the camera is that of the format"},
-      {"board_carried_past.desk", "doubtful, 218 mm: of two rigid motions the smaller one wins"},
-      {"board_carried_past.table", "doubtful, 80 mm: of two rigid motions the smaller one wins"},
       {"dark_start.desk", "frames without colour are placed by depth alone: 13 mm for 12"},
       {"depth_20_px_right.table", "usable, 1.2 mm for 1.2, with a warning that names the cause"},
       {"depth_half_a_frame_later.half_late", "1.5 mm for 1.2: half a frame moves few edges"},
-      {"watermark.desk", "right, but doubtful: matches on the mark contradict the poses"},
   };
   return faults;
 }

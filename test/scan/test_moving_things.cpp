@@ -3,12 +3,15 @@
 // What moves takes neither the poses nor the surface.
 #include <bundle_icp/evaluation/trajectory_error.h>
 #include <bundle_icp/reconstruction.h>
-#include <bundle_icp/simulation/synthetic_scan.h>
+
+#include "changed_scan.h"
 
 #include <gtest/gtest.h>
+#include <opencv2/imgproc.hpp>
 #include <pcl/conversions.h>
 
 using namespace bundle_icp;
+using namespace bundle_icp::test;
 
 namespace {
 
@@ -84,4 +87,28 @@ TEST(ReconstructMovingThings, APersonIsInNeitherPosesNorSurface)
   }
   EXPECT_GT(shown, 5);
   EXPECT_GE(found, 0.8 * shown);
+}
+
+TEST(ReconstructMovingThings, ABoardOfMuchTextureIsSaid)
+{
+#ifdef __SANITIZE_ADDRESS__
+  GTEST_SKIP() << "takes minutes under sanitizers; other tests run the same code";
+#endif
+  cv::Mat cells(40, 30, CV_8UC3), texture;
+  cv::RNG(3).fill(cells, cv::RNG::UNIFORM, 0, 255);
+  cv::resize(cells, texture, {100, 160}, 0, 0, cv::INTER_NEAREST);
+  ChangedScan scan;
+  scan.change = [&](std::size_t index, RGBDFrame& frame) {
+    const cv::Rect place({9 * int(index), 50}, texture.size());
+    texture.copyTo(frame.color(place));
+    frame.depth(place) = 0.7;
+  };
+  ReconstructionOptions options;
+  options.make_mesh = false;
+  const ReconstructionResult result = reconstruct(scan, options);
+  EXPECT_NE(result.verdict(), Verdict::GOOD);
+  EXPECT_TRUE(
+      std::any_of(result.findings.begin(), result.findings.end(), [](const Finding& finding) {
+        return finding.kind == "two_motions" && finding.severity == Severity::WARNING;
+      }));
 }
