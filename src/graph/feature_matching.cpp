@@ -11,7 +11,6 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <set>
 
 namespace bundle_icp {
 namespace {
@@ -85,20 +84,6 @@ match(const cv::Mat& first, const cv::Mat& second, const PreparedDescriptors& fi
                                [&](const FeatureMatch& m) { return columns[m.second] != m.first; }),
                 matches.end());
   return matches;
-}
-
-/** Share of the image that matches cover, in cells of a grid. */
-std::size_t
-coveredCells(const Features& features, const std::vector<FeatureMatch>& matches,
-             const CameraIntrinsics& camera)
-{
-  constexpr int columns = 16, rows = 12;
-  std::set<std::pair<int, int>> cells;
-  for (const FeatureMatch& m : matches) {
-    const Eigen::Vector2f& pixel = features.pixels[std::size_t(m.first)];
-    cells.emplace(int(pixel.x()) * columns / camera.width, int(pixel.y()) * rows / camera.height);
-  }
-  return cells.size();
 }
 
 /** Matches that can be aligned, and their points. */
@@ -212,9 +197,8 @@ verifyMatches(const Features& first, const Features& second,
   if (!pair.matches.empty()) {
     FramePair other = alignMatches(
         farFrom(pair.first_from_second, measured, options.verification.inlier_sigmas), options);
-    if (coveredCells(first, other.matches, camera) > coveredCells(first, pair.matches, camera))
-      std::swap(pair, other);
     pair.matches_of_other_motion = std::move(other.matches);
+    pair.other_first_from_second = other.first_from_second;
   }
   pair.num_putative = putative.size();
   return pair;

@@ -201,10 +201,11 @@ ImageGraph::append(std::vector<ImageNode> frames, bool ordered_in_time,
     completed = !progress || progress(p);
     return completed;
   };
+  const std::vector<const Features*> features = impl_->allFeatures();
   std::vector<FramePair> pairs =
-      matchPairs(impl_->allFeatures(), impl_->camera, {candidates.begin(), candidates.end()},
+      matchPairs(features, impl_->camera, {candidates.begin(), candidates.end()},
                  impl_->options.matching, watch);
-  removeMovingPairs(size(), pairs);
+  separateMotions(features, impl_->camera, pairs);
   for (FramePair& pair : pairs) {
     graph[pair.first].correspondences += pair.matches.size();
     graph[pair.second].correspondences += pair.matches.size();

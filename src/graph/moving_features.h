@@ -8,11 +8,14 @@
 
 namespace bundle_icp {
 
-/** Removes the pairs most of whose matches lie on things that move. Pairs of images that show two
- *  motions tell which features do; pairs that share nothing but the moving thing would place frames
- *  by it.
- *  \param num_frames frames that the pairs index */
+/** Where a thing moves before the camera, its motion and that of the camera stand in many pairs. Of
+ *  two motions the one whose matches cover more of the image becomes that of the pair, not the one
+ *  with more texture. Pairs most of whose matches lie on what moves are removed: those that share
+ *  nothing else would place frames by it.
+ *  In fewer pairs a second motion is that of textures that repeat themselves, and is dropped.
+ *  \param features of the frames that the pairs index */
 void
-removeMovingPairs(std::size_t num_frames, std::vector<FramePair>& pairs);
+separateMotions(const std::vector<const Features*>& features, const CameraIntrinsics& camera,
+                std::vector<FramePair>& pairs);
 
 } // namespace bundle_icp

@@ -126,14 +126,13 @@ movingFindings(const std::vector<FrameReport>& frames)
 std::vector<Finding>
 twoMotionsFindings(const ImageGraph& graph)
 {
-  constexpr double least_share = 0.05; // fewer pairs are chance, or textures that repeat
-  constexpr double large_share = 0.2;  // from here on the other motion may be that of the scene
+  constexpr double large_share = 0.2; // from here on the other motion may be that of the scene
   double two = 0;
   for (std::size_t node = 0; node < graph.size(); ++node)
     for (const ImageEdge& edge : graph.edges(node))
       two += edge.neighbour > node && !edge.pair->matches_of_other_motion.empty();
   const auto pairs = double(graph.numEdges());
-  if (two <= least_share * pairs)
+  if (two == 0)
     return {};
   return {{two > large_share * pairs ? Severity::WARNING : Severity::NOTE,
            "two_motions",

@@ -54,9 +54,11 @@ struct FramePair {
   std::size_t first = 0;
   std::size_t second = 0;
   std::vector<FeatureMatch> matches; ///< ascending in `first`, one to one
-  /** Of the same form: matches that agree on another motion. Something moves between the images. */
-  std::vector<FeatureMatch> matches_of_other_motion;
   Pose first_from_second = Pose::Identity();
+  /** Of the same form: matches that agree on another motion, and that motion. Something moves
+   *  between the images, or a texture repeats itself. */
+  std::vector<FeatureMatch> matches_of_other_motion;
+  Pose other_first_from_second = Pose::Identity();
   std::size_t num_putative = 0; ///< matches before verification
 };
 
@@ -64,9 +66,9 @@ struct FramePair {
 BUNDLE_ICP_EXPORT std::vector<FeatureMatch>
 matchDescriptors(const cv::Mat& first, const cv::Mat& second, const MatchingOptions& options = {});
 
-/** Keeps the matches that agree on one rigid motion between measured points. Of two motions the one
- *  counts whose matches cover more of the image, not the one with more texture. The result has no
- *  matches when fewer than options.min_matches agree. */
+/** Keeps the matches that agree on one rigid motion between measured points, that of most matches,
+ *  and those that agree on another one. The result has no matches when fewer than
+ *  options.min_matches agree. */
 BUNDLE_ICP_EXPORT FramePair
 verifyMatches(const Features& first, const Features& second,
               const std::vector<FeatureMatch>& putative, const CameraIntrinsics& camera,
