@@ -272,7 +272,7 @@ numberAt(const char* point, const Field& field)
 
 } // namespace
 
-OrganizedCloud
+pcl::PointCloud<pcl::PointXYZRGBA>
 readOrganizedPcd(const std::string& path)
 {
   const std::string bytes = readBytes(path);
@@ -288,16 +288,15 @@ readOrganizedPcd(const std::string& path)
         (k == 3 && fields[k]->size != 4))
       refuse(path, "the field " + fields[k]->name + " has an unknown type");
   const std::string points = readPoints(bytes, header, path);
-  OrganizedCloud cloud;
-  cloud.color.create(int(header.height), int(header.width), CV_8UC3);
-  cloud.xyz.create(int(header.height), int(header.width), CV_32FC3);
-  const char* point = points.data();
-  for (int y = 0; y < cloud.xyz.rows; ++y)
-    for (int x = 0; x < cloud.xyz.cols; ++x, point += header.point_size) {
-      for (int k = 0; k < 3; ++k)
-        cloud.xyz.at<cv::Vec3f>(y, x)[k] = numberAt(point, *fields[k]);
-      std::copy_n(point + fields[3]->position, 3, cloud.color.at<cv::Vec3b>(y, x).val); // BGR
-    }
+  pcl::PointCloud<pcl::PointXYZRGBA> cloud(std::uint32_t(header.width),
+                                           std::uint32_t(header.height));
+  const char* from = points.data();
+  for (pcl::PointXYZRGBA& point : cloud) {
+    for (int k = 0; k < 3; ++k)
+      point.data[k] = numberAt(from, *fields[k]);
+    std::memcpy(&point.rgba, from + fields[3]->position, sizeof(point.rgba));
+    from += header.point_size;
+  }
   return cloud;
 }
 

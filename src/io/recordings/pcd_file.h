@@ -4,22 +4,17 @@
 
 #include <bundle_icp/common/pose.h>
 
-#include <opencv2/core/mat.hpp>
+#include <pcl/point_cloud.h>
+#include <pcl/point_types.h>
 
 #include <string>
 
 namespace bundle_icp {
 
-/** A point cloud of PCL that has rows and columns, as images. */
-struct OrganizedCloud {
-  cv::Mat color; ///< CV_8UC3, BGR
-  cv::Mat xyz;   ///< CV_32FC3 [m], NaN where there is no point
-};
-
 /** Reads an organized .pcd file with the fields x, y, z and rgb or rgba, of any of the three
  *  encodings. PCL's own reader is in a library that brings VTK.
  *  \throws pcl::IOException naming the file and what is wrong with it. */
-OrganizedCloud
+pcl::PointCloud<pcl::PointXYZRGBA>
 readOrganizedPcd(const std::string& path);
 
 /** Where the file says that the cloud was taken from.
