@@ -6,6 +6,7 @@
 #include <bundle_icp/common/finding.h>
 #include <bundle_icp/common/progress.h>
 #include <bundle_icp/graph/image_graph.h>
+#include <bundle_icp/graph/own_features.h>
 #include <bundle_icp/io/rgbd_dataset.h>
 #include <bundle_icp/io/trajectory.h>
 #include <bundle_icp/mapping/incremental_mapper.h>
@@ -54,6 +55,10 @@ struct BUNDLE_ICP_EXPORT ReconstructionOptions {
   ReconstructionMethod method = ReconstructionMethod::BUNDLE_ICP;
   MovingPart moving = MovingPart::CAMERA; ///< OBJECT: not with F2M_ICP
   FeatureOptions features;
+  /** Finds features in place of extractFeatures() when set; makeFeatures() and toDescriptors()
+   *  help. A frame for which it throws, or gives features that do not fit together, gets no pose,
+   *  and the frame's report says why. Estimation of intrinsics keeps to SIFT. */
+  FeatureFinder find_features;
   ImageGraphOptions graph;
   MapperOptions mapper; ///< schedule.ordered_in_time is taken from the dataset; RGBD_SFM ignores
                         ///< method, visual_start, dense terms, motion_prior, self_calibration

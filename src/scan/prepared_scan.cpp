@@ -3,6 +3,8 @@
 #include "scan/prepared_scan.h"
 
 #include "common/parallel.h"
+#include "graph/feature_checks.h"
+#include "io/text_file.h"
 
 #include <bundle_icp/scan/check.h>
 
@@ -43,6 +45,26 @@ check(const RGBDDataset& dataset, const ReconstructionOptions& options)
                                "RGBDDataset::read() must give undistorted images");
   if (dataset.size() == 0)
     throw BadArgumentException("reconstruct: the dataset has no frames");
+}
+
+/** Features of a frame, by the caller's own function where there is one.
+ *  \throws pcl::IOException naming the frame when that function fails or gives nonsense. */
+Features
+findFeatures(const RGBDFrame& frame, const CameraIntrinsics& camera, const std::string& name,
+             const ReconstructionOptions& options)
+{
+  if (!options.find_features)
+    return extractFeatures(frame, camera, options.features);
+  Features features;
+  try {
+    features = options.find_features(frame, camera, options.features);
+  }
+  catch (const std::exception& error) {
+    throw IOException(name + ": find_features failed: " + messageOf(error));
+  }
+  if (const std::string fault = faultOf(features, camera); !fault.empty())
+    throw IOException(name + ": find_features gave wrong features: " + fault);
+  return features;
 }
 
 /** What was allocated by many threads lies in heaps that the main one does not use. */
@@ -130,7 +152,7 @@ PreparedScan::Impl::extractAll(const ProgressCallback& progress)
       parallelFor(dataset_.size(), options_.num_threads, report, [this](std::size_t i) {
         try {
           const RGBDFrame rgbd = dataset_.read(i);
-          nodes_[i] = {extractFeatures(rgbd, dataset_.camera(), options_.features),
+          nodes_[i] = {findFeatures(rgbd, dataset_.camera(), frames_[i].name, options_),
                        frames_[i].timestamp};
           frames_[i].features = nodes_[i].features.size();
           depth_views_.set(i, rgbd.depth);

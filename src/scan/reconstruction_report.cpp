@@ -97,6 +97,7 @@ toJson(const ReconstructionOptions& options, const DepthNoise& noise)
   Json json{{"method", toString(options.method)},
             {"moving", options.moving == MovingPart::OBJECT ? "object" : "camera"},
             {"sensor", toJson(noise)},
+            {"features", options.find_features ? "own" : "sift"},
             {"max_features", options.features.max_features},
             {"matching", toString(options.graph.matching.backend)},
             {"min_matches", options.graph.matching.min_matches},

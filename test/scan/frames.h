@@ -7,6 +7,7 @@
 
 #include <pcl/exceptions.h>
 
+#include <algorithm>
 #include <set>
 #include <string>
 #include <vector>
@@ -105,6 +106,21 @@ reference()
 {
   static const ReconstructionResult result = reconstruct(Frames(everyFourth()), withoutMesh());
   return result;
+}
+
+/** Largest distance of the frames' positions from the truth; the world is the camera of
+ * the first frame. */
+inline double
+largestError(const ReconstructionResult& result)
+{
+  double largest = 0;
+  const Pose first = room().worldFromCamera(result.frames.front().id).inverse();
+  for (const FrameReport& frame : result.frames)
+    if (frame.registered)
+      largest = std::max(largest, (frame.world_from_camera.translation() -
+                                   (first * room().worldFromCamera(frame.id)).translation())
+                                      .norm());
+  return largest;
 }
 
 } // namespace bundle_icp::test

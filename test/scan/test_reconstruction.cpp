@@ -38,21 +38,6 @@ expectSamePoses(const ReconstructionResult& a, const ReconstructionResult& b, do
   }
 }
 
-/** Largest distance of the frames' positions from the truth; the world is the camera of
- * the first frame. */
-double
-largestError(const ReconstructionResult& result)
-{
-  double largest = 0;
-  const Pose first = room().worldFromCamera(result.frames.front().id).inverse();
-  for (const FrameReport& frame : result.frames)
-    if (frame.registered)
-      largest = std::max(largest, (frame.world_from_camera.translation() -
-                                   (first * room().worldFromCamera(frame.id)).translation())
-                                      .norm());
-  return largest;
-}
-
 } // namespace
 
 TEST(Reconstruct, FindsTheTruePoses)
