@@ -118,8 +118,27 @@ TEST_F(BadFormat, StrayScanner)
   writeText(place + "/camera_matrix.csv", "1,2,3");
   writeText(place + "/odometry.csv", "1, 0, 0, 0, 0, 0, 0, 0, 1\n");
   EXPECT_CONTAINS(openError(place), "camera_matrix.csv: 3 numbers; expected 9");
+}
+
+TEST_F(BadFormat, TheVideoOfStrayScannerIsRefusedWithTheCommandThatMakesImages)
+{
+  write("stray-scanner");
+  fs::rename(place, folder.path("my room's scan")); // what a shell must not take apart
+  place = folder.path("my room's scan");
+  const std::string quoted = "'" + folder.path("my room'\\''s scan");
   fs::remove_all(place + "/rgb");
-  EXPECT_CONTAINS(openError(place), "ffmpeg -i " + place + "/rgb.mp4");
+  EXPECT_CONTAINS(openError(place), "rgb: holds no images, and there is no rgb.mp4");
+  writeText(place + "/rgb.mp4", "a video");
+  const std::string command = "mkdir -p " + quoted + "/rgb' && ffmpeg -i " + quoted +
+                              "/rgb.mp4' -fps_mode passthrough -start_number 0 " + quoted +
+                              "/rgb/%06d.png'";
+  EXPECT_CONTAINS(openError(place), "rgb.mp4: videos are not decoded");
+  EXPECT_CONTAINS(openError(place), command);
+  fs::create_directories(place + "/rgb"); // after a first attempt that failed
+  EXPECT_CONTAINS(openError(place), command);
+  for (const char* const name : {"000000.png", "000001.png", "000002.png"}) // as ffmpeg counts
+    recordings::writeImage(place + "/rgb/" + name, recordings::color(name[5]));
+  EXPECT_EQ(openDataset(place)->size(), 3u);
 }
 
 TEST_F(BadFormat, Nerfstudio)

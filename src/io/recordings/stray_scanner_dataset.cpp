@@ -77,6 +77,31 @@ takeCamera(const std::string& path, Recording& recording)
   recording.intrinsics_source = path;
 }
 
+/** A path as a shell takes it for one word. */
+std::string
+quotedForShell(const fs::path& path)
+{
+  std::string quoted = "'";
+  for (const char c : path.string())
+    quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return quoted + "'";
+}
+
+/** The recorder leaves a video, which is refused with the way to bring it to images. */
+void
+needFrames(const fs::path& place)
+{
+  const fs::path frames = place / "rgb", video = place / "rgb.mp4";
+  if (fs::is_directory(frames) && !fs::is_empty(frames))
+    return;
+  if (!fs::exists(video))
+    throw IOException(frames.string() + ": holds no images, and there is no rgb.mp4");
+  throw IOException(
+      video.string() + ": videos are not decoded; bring the frames to images with: mkdir -p " +
+      quotedForShell(frames) + " && ffmpeg -i " + quotedForShell(video) +
+      " -fps_mode passthrough -start_number 0 " + quotedForShell(frames / "%06d.png"));
+}
+
 } // namespace
 
 bool
@@ -91,12 +116,7 @@ Recording
 readStrayScannerFolder(const std::string& folder, const DatasetOptions&)
 {
   const fs::path place(folder);
-  if (!fs::is_directory(place / "rgb"))
-    throw IOException((place / "rgb.mp4").string() +
-                      ": videos are not decoded; bring the frames to images with: mkdir " +
-                      (place / "rgb").string() + " && ffmpeg -i " + (place / "rgb.mp4").string() +
-                      " -fps_mode passthrough -start_number 0 " + (place / "rgb").string() +
-                      "/%06d.png");
+  needFrames(place);
   Recording recording;
   recording.format = "Stray Scanner";
   recording.depth_scale = 1000;
