@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 //
 // Measures a trajectory, and optionally a mesh, against the truth.
+#include "evaluation_figures.h"
 #include "program.h"
 
 #include <bundle_icp/evaluation/surface_error.h>
@@ -14,11 +15,13 @@
 #include <boost/algorithm/string/predicate.hpp>
 #include <boost/filesystem.hpp>
 #include <boost/program_options.hpp>
-#include <nlohmann/json.hpp>
 #include <pcl/common/io.h>
+#include <pcl/common/point_tests.h>
+#include <pcl/conversions.h>
 #include <pcl/exceptions.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <iostream>
 #include <optional>
@@ -37,16 +40,21 @@ struct Arguments {
   bool json = false;
 };
 
+/** Exit code when figures were printed that say little. */
+constexpr int DOUBTFUL_FIGURES = 3;
+
+/** With a true pose for a smaller share of the poses, the figures say little of the others. */
+constexpr double FEWEST_WITH_PARTNER = 0.1;
+
+/** A rigid motion alone makes much of the error of fewer poses vanish. */
+constexpr std::size_t FEWEST_PARTNERS = 6;
+
+/** Fewer samples of a surface, or fewer true points, are no surface. */
+constexpr std::size_t FEWEST_POINTS = 100;
+
 struct Truth {
   Trajectory trajectory;
   std::vector<double> frames; // stamps of all frames; empty = unknown
-};
-
-struct Evaluation {
-  std::size_t num_poses = 0, num_frames = 0, num_frames_with_pose = 0;
-  AbsoluteTrajectoryError absolute;
-  std::optional<RelativePoseError> frame, second, all_pairs;
-  std::optional<SurfaceError> surface;
 };
 
 po::options_description
@@ -112,7 +120,9 @@ parse(int argc, char** argv)
                  "benchmark.\n"
                  "GROUNDTRUTH: trajectory in TUM format, or the folder of a recording with "
                  "poses.\n"
-                 "TRAJECTORY: estimated poses in TUM format (timestamp tx ty tz qx qy qz qw).\n\n"
+                 "TRAJECTORY: estimated poses in TUM format (timestamp tx ty tz qx qy qz qw).\n"
+                 "Exit code 3: figures rest on so little that they say next to nothing; a warning "
+                 "tells why.\n\n"
               << visible;
     return std::nullopt;
   }
@@ -151,6 +161,19 @@ readTruthFolder(const std::string& folder)
   return truth;
 }
 
+/** Reads a mesh or points, all of which must be finite. */
+pcl::PolygonMesh
+readFiniteMesh(const std::string& file)
+{
+  pcl::PolygonMesh mesh = readMesh(file);
+  pcl::PointCloud<pcl::PointXYZ> vertices;
+  pcl::fromPCLPointCloud2(mesh.cloud, vertices);
+  for (std::size_t i = 0; i < vertices.size(); ++i)
+    if (!pcl::isFinite(vertices[i]))
+      throw pcl::IOException(file + ": vertex " + std::to_string(i) + " is not finite");
+  return mesh;
+}
+
 SurfaceError
 compareSurfaces(const pcl::PolygonMesh& mesh, const SurfaceMesh& truth,
                 const SurfaceErrorOptions& options)
@@ -169,6 +192,66 @@ compareSurfaces(const pcl::PolygonMesh& mesh, const SurfaceMesh& truth,
   return surfaceError(mesh, places, options);
 }
 
+/** Numbers that can be read but not squared give no figures. */
+void
+requireFinite(const ErrorStatistics& errors, const std::string& file)
+{
+  if (!std::isfinite(errors.rmse) || !std::isfinite(errors.max))
+    throw pcl::IOException(file + ": the error is not finite: numbers are too large");
+}
+
+AbsoluteTrajectoryError
+absoluteError(const Trajectory& truth, const Trajectory& estimate, const Arguments& arguments,
+              std::vector<std::string>& warnings)
+{
+  const auto absolute = absoluteTrajectoryError(truth, estimate, arguments.max_difference);
+  const std::string of_all = std::to_string(estimate.size()) + " poses lie within " +
+                             std::to_string(arguments.max_difference) + " s of a pose of " +
+                             arguments.truth;
+  if (!absolute)
+    throw pcl::IOException(arguments.trajectory + ": fewer than 3 of its " + of_all);
+  requireFinite(absolute->translation, arguments.trajectory);
+  const std::size_t count = absolute->translation.count;
+  if (count < FEWEST_PARTNERS)
+    warnings.push_back(arguments.trajectory + ": only " + std::to_string(count) +
+                       " poses have a true pose; alignment hides much of so few errors");
+  if (double(count) < FEWEST_WITH_PARTNER * double(estimate.size()))
+    warnings.push_back(arguments.trajectory + ": only " + std::to_string(count) + " of its " +
+                       of_all + "; the figures say little of the others");
+  return *absolute;
+}
+
+std::optional<RelativePoseError>
+relativeError(const Trajectory& truth, const Trajectory& estimate, RelativePoseInterval interval,
+              const std::string& file)
+{
+  const auto error = relativePoseError(truth, estimate, interval);
+  if (error) {
+    requireFinite(error->translation, file);
+    requireFinite(error->rotation, file);
+  }
+  return error;
+}
+
+SurfaceError
+meshError(const Arguments& arguments, const Pose& truth_from_estimate,
+          std::vector<std::string>& warnings)
+{
+  SurfaceErrorOptions options = arguments.surface_options;
+  options.truth_from_estimate = truth_from_estimate;
+  const SurfaceMesh truth = toSurfaceMesh(readFiniteMesh(arguments.surface));
+  const SurfaceError error = compareSurfaces(readFiniteMesh(arguments.mesh), truth, options);
+  requireFinite(error.accuracy, arguments.mesh);
+  const auto count = [&](const std::string& file, std::size_t number, const char* what) {
+    if (number < FEWEST_POINTS)
+      warnings.push_back(file + ": has only " + std::to_string(number) + what +
+                         "; the figures of the mesh say little");
+  };
+  count(arguments.mesh, error.accuracy.count, " samples of its area");
+  count(arguments.surface, truth.vertices.size(), " points");
+  return error;
+}
+
 Evaluation
 evaluate(const Arguments& arguments)
 {
@@ -177,110 +260,21 @@ evaluate(const Arguments& arguments)
   if (!arguments.frames.empty())
     truth.frames = readTimestamps(arguments.frames);
   const Trajectory estimate = readTrajectory(arguments.trajectory);
-  const auto absolute =
-      absoluteTrajectoryError(truth.trajectory, estimate, arguments.max_difference);
-  if (!absolute)
-    throw pcl::IOException(arguments.trajectory + ": fewer than 3 of its " +
-                           std::to_string(estimate.size()) + " poses lie within " +
-                           std::to_string(arguments.max_difference) + " s of a pose of " +
-                           arguments.truth);
   Evaluation result;
-  result.absolute = *absolute;
+  result.absolute = absoluteError(truth.trajectory, estimate, arguments, result.warnings);
   result.num_poses = estimate.size();
   result.num_frames = std::set<double>(truth.frames.begin(), truth.frames.end()).size();
   result.num_frames_with_pose =
       countFramesWithPose(truth.frames, estimate, arguments.max_difference);
   const auto relative = [&](RelativePoseInterval interval) {
-    return relativePoseError(truth.trajectory, estimate, interval);
+    return relativeError(truth.trajectory, estimate, interval, arguments.trajectory);
   };
   result.frame = relative(RelativePoseInterval::FRAME);
   result.second = relative(RelativePoseInterval::SECOND);
   result.all_pairs = relative(RelativePoseInterval::ALL_PAIRS);
-  if (!arguments.mesh.empty()) {
-    SurfaceErrorOptions options = arguments.surface_options;
-    options.truth_from_estimate = absolute->truth_from_estimate;
-    result.surface = compareSurfaces(readMesh(arguments.mesh),
-                                     toSurfaceMesh(readMesh(arguments.surface)), options);
-  }
+  if (!arguments.mesh.empty())
+    result.surface = meshError(arguments, result.absolute.truth_from_estimate, result.warnings);
   return result;
-}
-
-nlohmann::ordered_json
-toJson(const ErrorStatistics& s)
-{
-  return {
-      {"rmse", s.rmse}, {"mean", s.mean}, {"median", s.median}, {"max", s.max}, {"count", s.count}};
-}
-
-nlohmann::ordered_json
-toJson(const std::optional<RelativePoseError>& error)
-{
-  if (!error)
-    return nullptr;
-  return {{"translation_m", toJson(error->translation)}, {"rotation_rad", toJson(error->rotation)}};
-}
-
-void
-printJson(const Evaluation& e, const Arguments& arguments)
-{
-  nlohmann::ordered_json json;
-  json["poses"] = e.num_poses;
-  json["frames"] = nullptr;
-  json["frames_with_pose"] = nullptr;
-  json["fraction_with_pose"] = nullptr;
-  if (e.num_frames > 0) {
-    json["frames"] = e.num_frames;
-    json["frames_with_pose"] = e.num_frames_with_pose;
-    json["fraction_with_pose"] = double(e.num_frames_with_pose) / double(e.num_frames);
-  }
-  json["ate_m"] = toJson(e.absolute.translation);
-  json["rpe_frame"] = toJson(e.frame);
-  json["rpe_second"] = toJson(e.second);
-  json["rpe_all_pairs"] = toJson(e.all_pairs);
-  if (e.surface) {
-    json["mesh_m"] = toJson(e.surface->accuracy);
-    json["mesh_completeness"] = e.surface->completeness;
-    json["mesh_complete_within_m"] = arguments.surface_options.completeness_distance;
-  }
-  std::cout << json.dump(2) << "\n";
-}
-
-void
-printRelative(const char* name, const std::optional<RelativePoseError>& error)
-{
-  if (error)
-    std::printf("RPE %-15s translation rmse %.6f m  rotation rmse %.6f rad  mean %.6f rad"
-                "  (%zu pairs)\n",
-                name, error->translation.rmse, error->rotation.rmse, error->rotation.mean,
-                error->rotation.count);
-  else
-    std::printf("RPE %-15s not known: fewer than 2 pairs\n", name);
-}
-
-void
-printTable(const Evaluation& e, const Arguments& arguments)
-{
-  if (e.num_frames > 0)
-    std::printf("frames with a pose  %zu of %zu (%.1f %%)\n", e.num_frames_with_pose, e.num_frames,
-                100.0 * e.num_frames_with_pose / e.num_frames);
-  else
-    std::printf("frames with a pose  not known (%zu poses; give --frames or a folder)\n",
-                e.num_poses);
-  const ErrorStatistics& ate = e.absolute.translation;
-  std::printf("ATE                 rmse %.6f m  mean %.6f m  median %.6f m  max %.6f m"
-              "  (%zu pairs)\n",
-              ate.rmse, ate.mean, ate.median, ate.max, ate.count);
-  printRelative("per frame", e.frame);
-  printRelative("per second", e.second);
-  printRelative("all pairs", e.all_pairs);
-  if (!e.surface)
-    return;
-  const ErrorStatistics& mesh = e.surface->accuracy;
-  std::printf("mesh                mean %.6f m  rmse %.6f m  median %.6f m  max %.6f m"
-              "  (%zu samples)\n",
-              mesh.mean, mesh.rmse, mesh.median, mesh.max, mesh.count);
-  std::printf("mesh completeness   %.1f %% of the surface within %g m\n",
-              100 * e.surface->completeness, arguments.surface_options.completeness_distance);
 }
 
 int
@@ -290,11 +284,15 @@ runEvaluation(int argc, char** argv)
   if (!arguments)
     return 0;
   const Evaluation evaluation = evaluate(*arguments);
+  const double complete_within = arguments->surface_options.completeness_distance;
   if (arguments->json)
-    printJson(evaluation, *arguments);
+    printJson(evaluation, complete_within);
   else
-    printTable(evaluation, *arguments);
-  return 0;
+    printTable(evaluation, complete_within);
+  std::fflush(stdout); // before the warnings, where both go to one place
+  for (const std::string& warning : evaluation.warnings)
+    std::fprintf(stderr, "bundle_icp_evaluate: warning: %s\n", printable(warning).c_str());
+  return evaluation.warnings.empty() ? 0 : DOUBTFUL_FIGURES;
 }
 
 } // namespace

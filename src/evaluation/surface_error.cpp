@@ -48,15 +48,17 @@ alignedVertices(const pcl::PolygonMesh& mesh, const Pose& truth_from_estimate)
 // sequence says.
 class AreaSampler {
 public:
+  static constexpr double MAX_SAMPLES = 1e8; // 1.6 GB
   explicit AreaSampler(double spacing) : area_per_sample_(spacing * spacing) {}
 
   void
   add(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c)
   {
     const double area = (b - a).cross(c - a).norm() / 2;
-    if (!std::isfinite(area))
-      return;
-    for (due_ += area / area_per_sample_; due_ >= 1; due_ -= 1) {
+    due_ += area / area_per_sample_;
+    if (!(double(samples_->size()) + due_ <= MAX_SAMPLES))
+      fail("the mesh has a vertex that is not finite, or more area than 1e8 samples cover");
+    for (; due_ >= 1; due_ -= 1) {
       // The R2 sequence (Roberts 2018), folded into the triangle.
       u_ = std::fmod(u_ + 0.7548776662466927, 1.0);
       v_ = std::fmod(v_ + 0.5698402909980532, 1.0);

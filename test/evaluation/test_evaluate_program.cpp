@@ -165,6 +165,83 @@ TEST_F(EvaluateProgram, FailsWithOneLineThatNamesTheFile)
   EXPECT_CONTAINS(error({truth, estimate, "--frames", folder.path("x")}), "x: cannot be opened");
 }
 
+TEST_F(EvaluateProgram, NumbersThatAreNotFiniteAreErrors)
+{
+  const std::string line = "0 0 0 0 0 0 0 1\n";
+  for (const std::string number : {"inf", "-inf", "nan", "infinity"}) {
+    writeText(estimate, line + "1 " + number + " 0 0 0 0 0 1\n");
+    EXPECT_CONTAINS(error({truth, estimate}), "estimate.txt:2: '" + number + "' is not a finite");
+    writeText(estimate, line + number + " 0 0 0 0 0 0 1\n");
+    EXPECT_CONTAINS(error({truth, estimate}), "estimate.txt:2: '" + number + "' is not a finite");
+  }
+  writeTrajectory(estimate, larger);
+  std::string text = readText(estimate);
+  const std::size_t at = text.find("\n0.300000 ") + 10;
+  text.replace(at, text.find(' ', at) - at, "1e200"); // finite, but its square is not
+  writeText(estimate, text);
+  EXPECT_CONTAINS(error({truth, estimate}),
+                  "estimate.txt: the error is not finite: numbers are too large");
+}
+
+TEST_F(EvaluateProgram, FiguresOfAHandfulOfPosesAreDoubtful)
+{
+  const auto spread = [this](double seconds, std::size_t with_partner) {
+    Trajectory moved = larger;
+    for (std::size_t i = with_partner; i < moved.size(); ++i)
+      moved[i].timestamp += seconds;
+    writeTrajectory(estimate, moved);
+    return run({truth, estimate});
+  };
+  EXPECT_EQ(spread(100, 10).exit_code, 0);
+  EXPECT_EQ(spread(100, 10).err, "");
+  const ProgramResult few = spread(100, 4);
+  EXPECT_EQ(few.exit_code, 3);
+  EXPECT_CONTAINS(few.out, "(4 pairs)"); // the benchmark's figures are printed all the same
+  EXPECT_CONTAINS(few.err, "bundle_icp_evaluate: warning: " + estimate +
+                               ": only 4 poses have a true pose; alignment hides much");
+  Trajectory more;
+  for (int i = 0; i < 100; ++i) {
+    more.push_back(larger[i % 40]);
+    more.back().timestamp = i < 9 ? 0.1 * i : 100 + i;
+  }
+  writeTrajectory(estimate, more);
+  const ProgramResult small = run({truth, estimate, "--json"});
+  EXPECT_EQ(small.exit_code, 3);
+  EXPECT_CONTAINS(small.err, "only 9 of its 100 poses lie within 0.02");
+  EXPECT_CONTAINS(small.err, "the figures say little of the others");
+  EXPECT_EQ(nlohmann::json::parse(small.out)["warnings"].size(), 1u);
+  EXPECT_EQ(nlohmann::json::parse(small.out)["ate_m"]["count"], 9);
+}
+
+TEST_F(EvaluateProgram, MeshesWithoutSizeOrWithTooMuchAreRefused)
+{
+  const std::string mesh = folder.path("mesh.ply"), points = folder.path("surface.ply");
+  const auto write = [](const std::string& file, const std::string& far, const char* faces) {
+    writeText(file, "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+                    "property float z\nelement face " +
+                        std::string(*faces ? "1" : "0") +
+                        "\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 " +
+                        far + " 0\n" + faces);
+  };
+  const std::vector<std::string> arguments{truth, estimate, "--mesh", mesh, "--surface", points};
+  write(points, "1", "");
+  for (const std::string far : {"inf", "nan"}) {
+    write(mesh, far, "3 0 1 2\n");
+    EXPECT_CONTAINS(error(arguments), "mesh.ply: vertex 2 is not finite");
+  }
+  write(mesh, "1e30", "3 0 1 2\n");
+  EXPECT_CONTAINS(error(arguments), "more area than 1e8 samples cover");
+  write(mesh, "1", "3 0 1 2\n");
+  write(points, "inf", "");
+  EXPECT_CONTAINS(error(arguments), "surface.ply: vertex 2 is not finite");
+  write(points, "1", "");
+  const ProgramResult few = run(arguments);
+  EXPECT_EQ(few.exit_code, 3);
+  EXPECT_CONTAINS(few.err, "surface.ply: has only 3 points; the figures of the mesh say little");
+  write(mesh, "0.001", "3 0 1 2\n");
+  EXPECT_CONTAINS(run(arguments).err, "mesh.ply: has only 20 samples of its area");
+}
+
 TEST_F(EvaluateProgram, WrongUsageIsTwo)
 {
   EXPECT_CONTAINS(error({}, 2), "expected GROUNDTRUTH and TRAJECTORY");

@@ -142,6 +142,8 @@ TEST(SurfaceError, RefusesWhatCannotBeCompared)
   pcl::PolygonMesh mesh = rectangle(1, 0);
   mesh.polygons[1].vertices[2] = 4;
   EXPECT_CONTAINS(error(mesh, unitSquare()), "names vertex 4 of 4");
+  EXPECT_CONTAINS(error(rectangle(nan, 0), unitSquare()), "has a vertex that is not finite");
+  EXPECT_CONTAINS(error(rectangle(1e20f, 0), unitSquare()), "more area than 1e8 samples cover");
   mesh.polygons.clear();
   EXPECT_CONTAINS(error(mesh, unitSquare()), "no area");
   EXPECT_CONTAINS(error(pcl::PolygonMesh(), unitSquare()), "no field x");

@@ -46,7 +46,8 @@ struct SurfaceError {
  *  Without SurfaceErrorOptions::distance_to_truth, accuracy is the distance to the nearest true
  *  point. It then cannot fall below about 0.4 of the spacing of the true points.
  *  \throws pcl::BadArgumentException for invalid options, a mesh without x, y, z or without area,
- *  polygons that name vertices which do not exist, or a surface without a finite point. */
+ *  one with more area than 1e8 samples cover, polygons that name vertices which are not finite or
+ *  do not exist, or a surface without a finite point. */
 BUNDLE_ICP_EXPORT SurfaceError
 surfaceError(const pcl::PolygonMesh& mesh, const pcl::PointCloud<pcl::PointXYZ>& surface,
              const SurfaceErrorOptions& options = {});
