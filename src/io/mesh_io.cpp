@@ -34,6 +34,8 @@ findLayout(const std::string& path, const pcl::PCLPointCloud2& cloud)
     const int offset = int(field.offset);
     if (field.offset + 4 > cloud.point_step)
       continue;
+    if (field.name == "rgb" || field.name == "rgba")
+      layout.color = offset;
     if (field.datatype != pcl::PCLPointField::FLOAT32)
       continue;
     if (field.name == "x" || field.name == "y" || field.name == "z")

@@ -18,11 +18,18 @@ namespace bundle_icp {
 /** Byte offsets of a vertex's fields; -1 = absent. */
 struct VertexLayout {
   int position[3] = {-1, -1, -1}, normal[3] = {-1, -1, -1};
+  int color = -1; ///< of 0xaarrggbb
 
   bool
   hasNormals() const
   {
     return normal[0] >= 0 && normal[1] >= 0 && normal[2] >= 0;
+  }
+
+  bool
+  hasColors() const
+  {
+    return color >= 0;
   }
 };
 
@@ -57,6 +64,16 @@ flush(Bytes& bytes, std::ostream& file)
 {
   file.write(bytes.data(), std::streamsize(bytes.size()));
   bytes.clear();
+}
+
+/** Red, green and blue of a vertex, each in 0 ... 1. */
+inline Eigen::Vector3f
+colorAt(const pcl::PolygonMesh& mesh, std::size_t vertex, int offset)
+{
+  std::uint32_t rgb = 0;
+  std::memcpy(&rgb, &mesh.cloud.data[vertex * mesh.cloud.point_step + std::size_t(offset)],
+              sizeof(rgb));
+  return Eigen::Vector3f(float(rgb >> 16 & 255), float(rgb >> 8 & 255), float(rgb & 255)) / 255.0f;
 }
 
 /** Writes the bytes when there are enough of them: files of large meshes are not held in memory. */

@@ -9,15 +9,13 @@ namespace {
 
 /** The shortest text that reads back as the same number, in any locale. */
 void
-appendLine(const char* keyword, const Eigen::Vector3f& vector, std::string& text)
+append(const Eigen::Vector3f& vector, std::string& text)
 {
-  text += keyword;
   for (int i = 0; i < 3; ++i) {
     char number[32];
     text += ' ';
     text.append(number, std::to_chars(number, number + sizeof(number), vector[i]).ptr);
   }
-  text += '\n';
 }
 
 } // namespace
@@ -27,11 +25,17 @@ encodeOBJ(const pcl::PolygonMesh& mesh, const VertexLayout& layout, std::ostream
 {
   std::string text = "# metres\n";
   for (std::size_t i = 0; i < numVertices(mesh); ++i) {
-    appendLine("v", vectorAt(mesh, i, layout.position), text);
+    text += 'v';
+    append(vectorAt(mesh, i, layout.position), text);
+    if (layout.hasColors()) // no standard, but MeshLab, Blender, Open3D and trimesh read it
+      append(colorAt(mesh, i, layout.color), text);
+    text += '\n';
     flushWhenLarge(text, file);
   }
   for (std::size_t i = 0; i < numVertices(mesh) && layout.hasNormals(); ++i) {
-    appendLine("vn", vectorAt(mesh, i, layout.normal), text);
+    text += "vn";
+    append(vectorAt(mesh, i, layout.normal), text);
+    text += '\n';
     flushWhenLarge(text, file);
   }
   for (const pcl::Vertices& polygon : mesh.polygons) {

@@ -298,10 +298,14 @@ TEST(MeshIO, PclReadsObj)
   for (std::size_t i = 0; i < cloud.size(); ++i)
     EXPECT_EQ(places[i].getVector3fMap(), cloud[i].getVector3fMap());
 
+  // Colours follow the positions: 12, 200 and 255 of 255
+  EXPECT_CONTAINS(readText(folder.path("mesh.OBJ")), "\nv 0 1 0.5 0.047058824 0.78431374 1\n");
+
   pcl::PointCloud<pcl::PointXYZ> bare;
   bare.resize(4);
   writeMesh(folder.path("bare.obj"), meshOf(bare));
   EXPECT_EQ(readText(folder.path("bare.obj")).find("vn "), std::string::npos);
+  EXPECT_CONTAINS(readText(folder.path("bare.obj")), "\nv 0 0 0\n");
 }
 
 TEST(MeshIO, StlHoldsTheTriangles)

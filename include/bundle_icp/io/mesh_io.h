@@ -18,7 +18,8 @@ meshFormats();
 /** Writes a mesh, or a cloud as a mesh without faces. The extension of `path` gives the format:
  *  - .ply, binary: fields of the mesh's cloud under their own names, without curvature; normals as
  *    nx, ny, nz; colours as uchar red, green, blue; faces as lists of int
- *  - .obj, text: positions, normals, faces
+ *  - .obj, text: positions, each with its colour (`v x y z r g b`, colours in 0 ... 1, as MeshLab
+ *    writes them), normals, faces
  *  - .stl, binary: triangles with their normals; polygons are cut into triangles
  *
  *  The file appears whole or not at all.
