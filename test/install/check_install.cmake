@@ -78,6 +78,22 @@ build_project(${work_folder}/consumer ${work_folder}/other_consumer_build
   "-DCMAKE_CXX_FLAGS=${other_options}")
 run(${work_folder}/other_consumer_build/consumer)
 
+# Another compiler than the library's, where there is one.
+find_program(clang NAMES clang++ clang++-19 clang++-18 clang++-17 clang++-16 clang++-15 clang++-14)
+if(clang AND NOT clang STREQUAL compiler)
+  build_project(${work_folder}/consumer ${work_folder}/clang_consumer_build
+    -D CMAKE_CXX_COMPILER=${clang})
+  run(${work_folder}/clang_consumer_build/consumer)
+else()
+  message(STATUS "no other compiler, clang++: its consumer is skipped")
+endif()
+
+# An application whose numbers have decimal commas.
+file(COPY ${source_folder}/test/install/locale DESTINATION ${work_folder})
+build_project(${work_folder}/locale ${work_folder}/locale_build)
+run(${CMAKE_COMMAND} -E chdir ${work_folder} ${work_folder}/locale_build/locale)
+message(STATUS "${output}")
+
 # By pkg-config, and without what the library needs of a compiler: a refusal, not a wrong result.
 find_program(pkg_config pkg-config)
 if(pkg_config AND EXISTS ${prefix}/${library_folder}/pkgconfig/bundle_icp.pc)
