@@ -98,7 +98,8 @@ prepareFolder(const SyntheticScan& scan, const ScanLayout& layout, const fs::pat
   }
   std::set<fs::path> places{folder};
   for (const char* const file : {layout.color_file, layout.depth_file})
-    places.insert((folder / nameOfFrame(file, scan, 0)).parent_path());
+    if (const std::string name = nameOfFrame(file, scan, 0); !name.empty())
+      places.insert((folder / name).parent_path());
   for (const char* const place : layout.other_folders)
     places.insert(folder / place);
   if (with_masks)

@@ -159,6 +159,23 @@ TEST(WriteSyntheticScan, TouchesNothingThatExists)
   EXPECT_THROW(writeSyntheticScan(exactScan(), folder.path("notes.txt/below")), pcl::IOException);
 }
 
+TEST(WriteSyntheticScan, FoldersMayLieInTheCurrentOne)
+{
+  SyntheticScanOptions scan = smallScan();
+  scan.num_frames = 2;
+  const TemporaryFolder folder;
+  const fs::path before = fs::current_path();
+  fs::current_path(folder.path());
+  for (const std::string format : {"tum", "pcd", "sens"}) {
+    SyntheticScanWriteOptions options;
+    options.format = format;
+    options.surface_spacing = 0;
+    writeSyntheticScan(SyntheticScan(scan), format, options);
+    EXPECT_EQ(openDataset(format)->size(), 2u) << format;
+  }
+  fs::current_path(before);
+}
+
 TEST(WriteSyntheticScan, RefusesInvalidOptionsBeforeItWrites)
 {
   const TemporaryFolder folder;
