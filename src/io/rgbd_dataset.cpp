@@ -140,6 +140,20 @@ recordingFormats()
 }
 
 bool
+PosePriorOptions::isValid(std::string* error) const
+{
+  if (trajectory && trajectory->empty()) {
+    if (error)
+      *error = "pose prior: the trajectory is empty";
+    return false;
+  }
+  for (const TimedPose& pose : trajectory.value_or(Trajectory()))
+    if (!PosePrior{pose.world_from_camera, position_sigma, rotation_sigma}.isValid(error))
+      return false;
+  return PosePrior{Pose::Identity(), position_sigma, rotation_sigma}.isValid(error);
+}
+
+bool
 DatasetOptions::isValid(std::string* error) const
 {
   const auto fail = [error](const std::string& reason) {
@@ -160,6 +174,8 @@ DatasetOptions::isValid(std::string* error) const
     return false;
   if (depth_camera && !isRigid(depth_camera->color_from_depth.matrix()))
     return fail("the pose of the depth camera must be a rigid motion");
+  if (pose_prior && !pose_prior->isValid(error))
+    return false;
   if (!(std::isfinite(max_time_difference) && max_time_difference > 0))
     return fail("largest time difference " + std::to_string(max_time_difference) +
                 " s must be finite and positive");

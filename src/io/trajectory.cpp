@@ -7,11 +7,13 @@
 
 #include "io/text_file.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
 #include <fstream>
 #include <iomanip>
+#include <iterator>
 #include <locale>
 #include <map>
 
@@ -39,6 +41,24 @@ parsePose(const TextLine& line, const std::string& path)
 }
 
 } // namespace
+
+std::optional<Pose>
+poseAt(const Trajectory& trajectory, double timestamp, double max_difference)
+{
+  const auto distance = [timestamp](const TimedPose& pose) {
+    return std::abs(pose.timestamp - timestamp);
+  };
+  const auto after =
+      std::lower_bound(trajectory.begin(), trajectory.end(), timestamp,
+                       [](const TimedPose& pose, double time) { return pose.timestamp < time; });
+  auto nearest = after;
+  if (after != trajectory.begin() &&
+      (after == trajectory.end() || distance(*std::prev(after)) <= distance(*after)))
+    nearest = std::prev(after);
+  if (nearest == trajectory.end() || distance(*nearest) > max_difference)
+    return std::nullopt;
+  return nearest->world_from_camera;
+}
 
 Trajectory
 readTrajectory(const std::string& path)

@@ -100,6 +100,12 @@ public:
     return dataset_.groundTruth();
   }
 
+  std::optional<PosePrior>
+  prior(std::size_t index) const override
+  {
+    return dataset_.prior(index);
+  }
+
   std::vector<SkippedFile>
   skipped() const override
   {

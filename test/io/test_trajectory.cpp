@@ -32,6 +32,25 @@ TEST(Trajectory, WritesWhatItReads)
   }
 }
 
+TEST(Trajectory, GivesThePoseNearestInTime)
+{
+  Trajectory trajectory;
+  for (const double time : {1.0, 2.0, 4.0})
+    trajectory.push_back({time, Pose(Eigen::Translation3d(time, 0, 0))});
+  const auto timeOf = [&](double time, double max_difference) {
+    const auto pose = poseAt(trajectory, time, max_difference);
+    return pose ? pose->translation().x() : 0;
+  };
+  EXPECT_EQ(timeOf(0.5, 1), 1);
+  EXPECT_EQ(timeOf(2, 0), 2);
+  EXPECT_EQ(timeOf(2.9, 1), 2);
+  EXPECT_EQ(timeOf(3.1, 1), 4);
+  EXPECT_EQ(timeOf(5, 1), 4);
+  EXPECT_EQ(timeOf(3.1, 0.5), 0);
+  EXPECT_EQ(timeOf(0.5, 0.4), 0);
+  EXPECT_FALSE(poseAt({}, 1, 10));
+}
+
 TEST(Trajectory, SortsAndLetsTheLastOfEqualStampsCount)
 {
   const TemporaryFolder folder;

@@ -5,6 +5,7 @@
 #include <bundle_icp/common/camera_intrinsics.h>
 #include <bundle_icp/common/finding.h>
 #include <bundle_icp/common/pose.h>
+#include <bundle_icp/common/pose_prior.h>
 #include <bundle_icp/common/rgbd_frame.h>
 #include <bundle_icp/io/trajectory.h>
 
@@ -24,6 +25,21 @@ struct BUNDLE_ICP_EXPORT DepthCamera {
   CameraIntrinsics intrinsics;
   /** Pose of the depth camera in the frame of the colour camera: x_color = T x_depth [m]. */
   Pose color_from_depth = Pose::Identity();
+};
+
+/** Where RGBDDataset::prior() comes from. */
+struct BUNDLE_ICP_EXPORT PosePriorOptions {
+  /** Poses of the colour camera, matched with frames by time; unset = those that the recording's
+   *  device estimated. Measured truth is never a prior. */
+  std::optional<Trajectory> trajectory;
+  /** Where `trajectory` comes from, for messages. */
+  std::string source = "the options";
+  /** The deviations of all frames, see PosePrior. */
+  double position_sigma = PosePrior().position_sigma;
+  double rotation_sigma = PosePrior().rotation_sigma;
+
+  bool
+  isValid(std::string* error = nullptr) const;
 };
 
 /** How openDataset() reads a recording. */
@@ -51,6 +67,8 @@ struct BUNDLE_ICP_EXPORT DatasetOptions {
   std::optional<double> depth_scale;
   /** Factor that multiplies all depth: true over measured length (Calibration::depth_scale). */
   double depth_factor = 1;
+  /** Poses that steer the reconstruction where its own data are weak; unset = none. */
+  std::optional<PosePriorOptions> pose_prior;
   /** Takes every n-th frame of the recording. */
   std::size_t stride = 1;
   /** Maximum number of frames after the stride; 0 = all. */
@@ -58,7 +76,8 @@ struct BUNDLE_ICP_EXPORT DatasetOptions {
   /** Seed of a random order of the frames; unset = their own order. Frames keep their time
    *  stamps. */
   std::optional<std::uint64_t> shuffle_seed;
-  /** Largest time between the colour and the depth image of a frame [s] (TUM layout). */
+  /** Largest time between the colour and the depth image of a frame (TUM layout), and between a
+   *  frame and its prior pose [s]. */
   double max_time_difference = 0.02;
   /** True: the distortion is removed from depth as from colour. Right where the sensor's driver
    *  registered depth to the distorted colour image. Of a depth camera with intrinsics of its own
@@ -139,6 +158,13 @@ public:
     return {};
   }
 
+  /** What is known beforehand of the pose of frame `index`, when colour was taken. */
+  virtual std::optional<PosePrior>
+  prior(std::size_t /*index*/) const
+  {
+    return std::nullopt;
+  }
+
   /** What was assumed about the recording, and what of its lists contradicts itself. */
   virtual std::vector<Finding>
   findings() const
@@ -184,7 +210,8 @@ public:
  *  Where the format does not say them, intrinsics, and where the file says them the units of depth
  *  and the camera of depth, come from a calibration file in the folder, whose forms
  *  docs/recordings.md lists. Depth images of floats hold metres in any format. Poses that a device
- *  or its software estimated are groundTruth() as well, and a note in findings() says so.
+ *  or its software estimated are groundTruth() as well, and a note in findings() says so. Where the
+ *  options ask for it they are a prior().
  *
  *  Depth images of another size than the colour images, but of the same aspect ratio, count as the
  *  same view where no DepthCamera is known. Depth is moved into the colour images, whose size the
@@ -203,7 +230,8 @@ public:
  *  \throws pcl::IOException naming folder or file and reason: folder missing or empty, format
  *  unknown (with what was looked for and a layout that would work), no overlap in time, depth of
  *  another aspect ratio whose camera is unknown, 8-bit depth, a colour image in place of depth, no
- *  readable frame, intrinsics unknown, a mask of another size.
+ *  readable frame, intrinsics unknown, a mask of another size, prior poses that are absent or
+ *  fit no frame in time.
  *  \throws pcl::BadArgumentException for invalid options or impossible intrinsics. */
 BUNDLE_ICP_EXPORT RGBDDataset::Ptr
 openDataset(const std::string& path, const DatasetOptions& options = {});

@@ -4,6 +4,7 @@
 
 #include <bundle_icp/common/pose.h>
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,10 @@ struct TimedPose {
 
 /** Poses in ascending order of time stamps; all stamps differ. */
 using Trajectory = std::vector<TimedPose>;
+
+/** The pose nearest in time, if it is not farther away than `max_difference` [s]. */
+BUNDLE_ICP_EXPORT std::optional<Pose>
+poseAt(const Trajectory& trajectory, double timestamp, double max_difference);
 
 /** Reads a trajectory in TUM format: lines of `timestamp tx ty tz qx qy qz qw`, '#' for comments.
  *  Lines are sorted by time; of lines with equal stamps the last counts.

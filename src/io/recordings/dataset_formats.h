@@ -17,6 +17,7 @@ struct RecordedFrame {
   double timestamp = 0; ///< [s]
   std::string color_file, depth_file;
   std::string mask_file = {}; ///< empty = none
+  std::optional<PosePrior> prior = {};
 };
 
 /** Colour and depth of a frame as recorded. */
@@ -48,6 +49,7 @@ struct Recording {
   bool has_times = true;                      ///< the stamps are times of the recording
   bool is_seven_scenes = false; ///< made by the 7-Scenes camera unless intrinsics say otherwise
   Trajectory ground_truth;
+  std::string pose_maker; ///< who estimated these poses; empty = they are measured truth
   std::shared_ptr<const FrameReader> reader; ///< unset = both images of a frame are files
   std::vector<std::string> other_files;      ///< belong to the frames besides images and masks
   std::string

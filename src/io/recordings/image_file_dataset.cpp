@@ -7,6 +7,7 @@
 #include "io/recordings/depth_registration.h"
 #include "io/recordings/float_depth.h"
 #include "io/recordings/masks.h"
+#include "io/recordings/pose_priors.h"
 #include "io/recordings/recorded_cameras.h"
 #include "io/recordings/repeated_frames.h"
 #include "io/recordings/seven_scenes_warp.h"
@@ -124,6 +125,12 @@ public:
   groundTruth() const override
   {
     return recording_.ground_truth;
+  }
+
+  std::optional<PosePrior>
+  prior(std::size_t index) const override
+  {
+    return recording_.frames.at(index).prior;
   }
 
   std::vector<SkippedFile>
@@ -303,6 +310,7 @@ makeImageFileDataset(Recording recording, const std::string& folder, const Datas
   recording.findings.insert(recording.findings.end(), unused.begin(), unused.end());
   select(recording.frames, options);
   leaveOutRepeatedFrames(recording);
+  takePriors(options, folder, recording);
   sayMasks({cameras.color.width, cameras.color.height}, recording);
   return std::make_shared<ImageFileDataset>(std::move(recording), cameras, options);
 }

@@ -103,13 +103,7 @@ finishEstimatedPoses(const std::string& maker, Recording& recording)
     return a.timestamp == b.timestamp;
   };
   poses.erase(std::unique(poses.begin(), poses.end(), have_same_time), poses.end());
-  if (!poses.empty())
-    recording.findings.push_back({Severity::NOTE,
-                                  "poses",
-                                  "the poses of the recording are those that " + maker +
-                                      " estimated, not measured truth; they are not used",
-                                  {{"poses", double(poses.size())}},
-                                  ""});
+  recording.pose_maker = maker;
 }
 
 } // namespace bundle_icp

@@ -42,7 +42,7 @@ void
 takePose(double timestamp, const std::string& source, const std::function<Pose()>& read,
          Recording& recording);
 
-/** Brings the poses in the order of time, and says that they are an estimate of their maker. */
+/** Brings the poses in the order of time, and marks them as an estimate of their maker. */
 void
 finishEstimatedPoses(const std::string& maker, Recording& recording);
 
