@@ -13,18 +13,21 @@ namespace {
 /** Keeps the normal equations regular where a frame has lost all of its observations. */
 constexpr double DAMPING = 1e-9;
 
-/** Divides the information of dense terms by what they share. Among n frames each of which is
- *  compared with all others, n (n - 1) / 2 terms with the noise of n depth images say n / 2 times
- *  too much; of a chain of frames each term stands for itself. */
+/** Divides the information of dense terms by what they share; others share nothing. Among n frames
+ *  each compared with all others, n (n - 1) / 2 terms with the noise of n depth images say n / 2
+ *  times too much; of a chain of frames each term stands for itself. */
 void
 divideByShared(std::vector<RelativePoseTerm>& terms)
 {
   std::map<std::size_t, double> count;
-  for (const RelativePoseTerm& term : terms) {
-    ++count[term.first];
-    ++count[term.second];
-  }
+  for (const RelativePoseTerm& term : terms)
+    if (term.is_dense) {
+      ++count[term.first];
+      ++count[term.second];
+    }
   for (RelativePoseTerm& term : terms) {
+    if (!term.is_dense)
+      continue;
     const double mean = (count[term.first] + count[term.second]) / 2;
     term.information *= 2 / (mean + 1);
   }

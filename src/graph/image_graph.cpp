@@ -250,6 +250,12 @@ ImageGraph::timestamp(std::size_t frame) const
   return impl_->graph[frame].frame.timestamp;
 }
 
+const std::optional<PosePrior>&
+ImageGraph::prior(std::size_t frame) const
+{
+  return impl_->graph[frame].frame.prior;
+}
+
 std::vector<ImageEdge>
 ImageGraph::edges(std::size_t frame) const
 {

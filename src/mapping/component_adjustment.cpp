@@ -134,6 +134,25 @@ ComponentAdjuster::adjustFinally(SparseModel& model, int component)
   adjust(model, component, options_.adjustment.max_iterations, true);
 }
 
+/** Evidence besides the tracks. Before the final adjustment the prior is compared anew: the round
+ *  before it went without the prior. In between its deviations only grow, as the model may owe its
+ *  agreement to the prior. */
+std::vector<RelativePoseTerm>
+ComponentAdjuster::relativePoses(const SparseModel& model, int component,
+                                 const std::vector<std::size_t>& frames, bool dense)
+{
+  std::vector<RelativePoseTerm> terms;
+  if (dense && num_dense_neighbours_ > 0)
+    terms = denseTerms(model, frames);
+  if (dense || component != measured_component_)
+    prior_.forget();
+  measured_component_ = component;
+  prior_.measure(model, frames);
+  const std::vector<RelativePoseTerm> of_prior = prior_.terms(model, frames);
+  terms.insert(terms.end(), of_prior.begin(), of_prior.end());
+  return terms;
+}
+
 /** Global bundle adjustment over the key frames of a component; `dense` makes it the final
  *  one, with all evidence and outliers removed in between. */
 void
@@ -142,15 +161,15 @@ ComponentAdjuster::adjust(SparseModel& model, int component, int max_iterations,
   BundleAdjustmentProblem problem = this->problem(model, component);
   BundleAdjustmentOptions options = options_.adjustment;
   const int rounds = !options_.schedule.global_adjustment ? 0 : dense ? FINAL_ROUNDS : 1;
-  dense_terms_.clear();
+  terms_.clear();
   for (int round = 0; round < rounds; ++round) {
-    if (dense && round > 0 && num_dense_neighbours_ > 0)
-      dense_terms_ = denseTerms(model, problem.variable);
     // Another round with the dense terms follows: this one need not settle.
     const bool is_last = round + 1 == rounds;
     options.max_iterations =
         is_last ? max_iterations : std::min(max_iterations, INTERMEDIATE_ITERATIONS);
-    problem.relative_poses = dense_terms_;
+    if (is_last)
+      terms_ = relativePoses(model, component, problem.variable, dense);
+    problem.relative_poses = terms_;
     adjustBundle(graph_, problem, options, model);
     model.removeOutliers(graph_, options_.tracks);
     if (dense)
@@ -171,7 +190,7 @@ ComponentAdjuster::finalPoses(const SparseModel& model, int component,
     poses.push_back({frame, !own[frame]});
   parallelFor(poses.size(), options_.num_threads, {}, [&](std::size_t k) {
     const std::size_t frame = poses[k].frame;
-    poses[k].own = own[frame] ? *own[frame] : registrar_.poseCovariance(model, frame, dense_terms_);
+    poses[k].own = own[frame] ? *own[frame] : registrar_.poseCovariance(model, frame, terms_);
   });
   return poses;
 }
@@ -184,7 +203,7 @@ ComponentAdjuster::applyMotionPrior(SparseModel& model, int component,
 {
   std::vector<FinalPose> finals = finalPoses(model, component, own);
   BundleAdjustmentProblem evidence = problem(model, component);
-  evidence.relative_poses = dense_terms_;
+  evidence.relative_poses = terms_;
   const SparseModel adjusted = model;
   if (options_.refinement.motion_prior && options_.schedule.ordered_in_time &&
       finals.size() >= MIN_FOR_MOTION_PRIOR) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "mapping/final_covariances.h"
+#include "mapping/prior_motions.h"
 #include "registration/frame_registrar.h"
 
 #include <bundle_icp/mapping/incremental_mapper.h>
@@ -12,8 +13,8 @@
 
 namespace bundle_icp {
 
-/** Adjustments of a whole component: self-calibration, global adjustment with all evidence, and the
- *  motion prior. */
+/** Adjustments of a whole component: self-calibration, global adjustment with all evidence, prior
+ *  poses among it, and the motion prior. */
 class ComponentAdjuster {
 public:
   /** Iterations of the adjustments in between: the model will change again. */
@@ -22,7 +23,7 @@ public:
   ComponentAdjuster(const ImageGraph& graph, FrameRegistrar& registrar,
                     const MapperOptions& options)
   : graph_(graph), registrar_(registrar), options_(options),
-    num_dense_neighbours_(options.refinement.num_dense_neighbours)
+    num_dense_neighbours_(options.refinement.num_dense_neighbours), prior_(graph, options)
   {
   }
 
@@ -54,6 +55,13 @@ public:
     return self_calibration_;
   }
 
+  /** Prior poses, trusted as the component that was adjusted last shows. */
+  const PriorMotions&
+  prior() const
+  {
+    return prior_;
+  }
+
 private:
   std::vector<std::size_t>
   keyFrames(const SparseModel& model, int component) const;
@@ -67,6 +75,9 @@ private:
   void
   adjust(SparseModel& model, int component, int max_iterations, bool dense);
   std::vector<RelativePoseTerm>
+  relativePoses(const SparseModel& model, int component, const std::vector<std::size_t>& frames,
+                bool dense);
+  std::vector<RelativePoseTerm>
   denseTerms(const SparseModel& model, const std::vector<std::size_t>& frames) const;
 
   const ImageGraph& graph_;
@@ -74,8 +85,10 @@ private:
   const MapperOptions& options_;
   SelfCalibrationResult self_calibration_;
   std::size_t num_dense_neighbours_;
-  std::vector<RelativePoseTerm> dense_terms_; ///< of the last adjustment
-  int calibrated_component_ = -1;             ///< component of the calibration
+  PriorMotions prior_;
+  int measured_component_ = -1;         ///< component that the prior was compared with
+  std::vector<RelativePoseTerm> terms_; ///< dense ones and the prior's, of the last adjustment
+  int calibrated_component_ = -1;       ///< component of the calibration
 };
 
 /** Numbers the components anew, the largest first: they grow in the order of their best connected

@@ -45,6 +45,7 @@ public:
   }
 
   std::vector<FrameRegistration> registrations_;
+  PosePriorReport pose_prior_;
 
 private:
   static MapperOptions
@@ -125,6 +126,12 @@ IncrementalMapper::selfCalibration() const
   return impl_->selfCalibration();
 }
 
+const PosePriorReport&
+IncrementalMapper::posePrior() const
+{
+  return impl_->pose_prior_;
+}
+
 const std::vector<FrameRegistration>&
 IncrementalMapper::registrations() const
 {
@@ -153,11 +160,13 @@ IncrementalMapper::Impl::registerComponents(SparseModel& model)
     adjuster_.calibrate(model, component);
     adjuster_.adjustFinally(model, component);
     updateVisibilities(model, component);
+    if (component == 0 || adjuster_.prior().report().motions > pose_prior_.motions)
+      pose_prior_ = adjuster_.prior().report();
     // Frames that only look like others: registered against the finished model
     if (!grow(model, component, false))
       return false;
     for (const auto& [frame, registration] :
-         registerByTime(graph_, registrar_, options_, component, model)) {
+         registerByTime(graph_, registrar_, options_, adjuster_.prior(), component, model)) {
       registrations_[frame] = registration;
       if (registration.registered)
         covariances_[frame] = registration.covariance;

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <optional>
 
 namespace bundle_icp {
 namespace {
@@ -16,6 +17,9 @@ constexpr std::size_t MANY_MATCHES = 100;
  *  with less than this share of the features of a typical frame. */
 constexpr std::size_t MANY_FEATURES = 100;
 constexpr double USUAL_SHARE = 0.5;
+/** Largest deviation of a start by the prior [m, rad]: twice as much is the error of a start by
+ *  matches from which tracking still finds the pose. */
+constexpr double MAX_START_DEVIATION = 0.05;
 
 std::size_t
 typicalFeatures(const ImageGraph& graph, const std::vector<std::size_t>& frames)
@@ -45,30 +49,92 @@ belongsElsewhere(const ImageGraph& graph, const SparseModel& model, std::size_t 
   return (outside >= MANY_MATCHES && outside > inside) || (inside == 0 && has_features);
 }
 
-/** Each frame after the one before it, if that has a pose. */
+/** Where a frame may be, and the frames whose depth it is held against. */
+struct Start {
+  Pose world_from_camera = Pose::Identity();
+  std::vector<Neighbour> neighbours;
+};
+
+/** Frames in an order of time, forwards or backwards, of which some have a pose. */
+struct OrderedFrames {
+  const ImageGraph& graph;
+  const SparseModel& model;
+  int component;
+  const std::vector<std::size_t>& order;
+
+  bool
+  hasPose(std::size_t place) const
+  {
+    return model.component(order[place]) == component;
+  }
+
+  std::vector<Neighbour>
+  neighboursAt(std::size_t place) const
+  {
+    std::vector<Neighbour> neighbours{{order[place], 0}};
+    if (place > 0 && hasPose(place - 1))
+      neighbours.push_back({order[place - 1], 0});
+    return neighbours;
+  }
+};
+
+/** By the prior, from the nearest frame before that has a pose; that may be some frames away. */
+std::optional<Start>
+startByPrior(const OrderedFrames& frames, const PriorMotions& prior, std::size_t place)
+{
+  std::size_t base = place;
+  while (base > 0 && !frames.hasPose(base - 1))
+    --base;
+  if (base == 0)
+    return std::nullopt;
+  const std::size_t nearest = frames.order[--base];
+  const auto motion = prior.between(nearest, frames.order[place]);
+  if (!motion || motion->position_sigma > MAX_START_DEVIATION ||
+      motion->rotation_sigma > MAX_START_DEVIATION)
+    return std::nullopt;
+  return Start{frames.model.worldFromCamera(nearest) * motion->first_from_second,
+               frames.neighboursAt(base)};
+}
+
+/** As the camera moved before; from the frame before, if that has a pose. */
+std::optional<Start>
+startByMotion(const OrderedFrames& frames, std::size_t place)
+{
+  if (!frames.hasPose(place - 1))
+    return std::nullopt;
+  const std::size_t frame = frames.order[place], last = frames.order[place - 1];
+  Start start{frames.model.worldFromCamera(last), frames.neighboursAt(place - 1)};
+  if (start.neighbours.size() > 1)
+    start.world_from_camera =
+        extrapolatedPose(frames.graph, frames.model, start.neighbours.back().frame, last, frame);
+  return start;
+}
+
+/** Each frame after those before it that have a pose: the first start that geometry confirms. */
 void
 registerInOrder(const ImageGraph& graph, const FrameRegistrar& registrar, int num_threads,
-                int component, const std::vector<std::size_t>& order, SparseModel& model,
-                std::vector<FrameByTime>& tried)
+                const PriorMotions& prior, int component, const std::vector<std::size_t>& order,
+                SparseModel& model, std::vector<FrameByTime>& tried)
 {
   const std::size_t typical = typicalFeatures(graph, model.registeredFrames(component));
+  const OrderedFrames frames{graph, model, component, order};
   for (std::size_t k = 1; k < order.size(); ++k) {
-    const std::size_t frame = order[k], last = order[k - 1];
-    if (model.isRegistered(frame) || model.component(last) != component ||
-        graph.exclusion(frame).rfind("blurred", 0) == 0 ||
+    const std::size_t frame = order[k];
+    if (model.isRegistered(frame) || graph.exclusion(frame).rfind("blurred", 0) == 0 ||
         belongsElsewhere(graph, model, frame, component, typical))
       continue;
-    Pose guess = model.worldFromCamera(last);
-    std::vector<Neighbour> neighbours{{last, 0}};
-    if (k >= 2 && model.component(order[k - 2]) == component) {
-      guess = extrapolatedPose(graph, model, order[k - 2], last, frame);
-      neighbours.push_back({order[k - 2], 0});
-    }
-    const FrameRegistration registration =
-        registrar.bundleICP(model, {frame, neighbours, guess, num_threads});
-    tried.push_back({frame, registration});
-    if (registration.registered)
-      model.registerFrame(frame, registration.world_from_camera, component);
+    FrameRegistration found;
+    bool is_tried = false;
+    for (const auto& start : {startByPrior(frames, prior, k), startByMotion(frames, k)})
+      if (start && !found.registered) {
+        is_tried = true;
+        found = registrar.bundleICP(
+            model, {frame, start->neighbours, start->world_from_camera, num_threads});
+      }
+    if (is_tried)
+      tried.push_back({frame, found});
+    if (found.registered)
+      model.registerFrame(frame, found.world_from_camera, component);
   }
 }
 
@@ -76,7 +142,8 @@ registerInOrder(const ImageGraph& graph, const FrameRegistrar& registrar, int nu
 
 std::vector<FrameByTime>
 registerByTime(const ImageGraph& graph, const FrameRegistrar& registrar,
-               const MapperOptions& options, int component, SparseModel& model)
+               const MapperOptions& options, const PriorMotions& prior, int component,
+               SparseModel& model)
 {
   std::vector<FrameByTime> tried;
   if (!options.schedule.ordered_in_time ||
@@ -85,9 +152,9 @@ registerByTime(const ImageGraph& graph, const FrameRegistrar& registrar,
   std::vector<std::size_t> all(graph.size());
   std::iota(all.begin(), all.end(), 0);
   std::vector<std::size_t> order = byTime(graph, std::move(all));
-  registerInOrder(graph, registrar, options.num_threads, component, order, model, tried);
+  registerInOrder(graph, registrar, options.num_threads, prior, component, order, model, tried);
   std::reverse(order.begin(), order.end());
-  registerInOrder(graph, registrar, options.num_threads, component, order, model, tried);
+  registerInOrder(graph, registrar, options.num_threads, prior, component, order, model, tried);
   return tried;
 }
 

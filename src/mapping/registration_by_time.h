@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #pragma once
 
+#include "mapping/prior_motions.h"
 #include "registration/frame_registrar.h"
 
 #include <bundle_icp/mapping/incremental_mapper.h>
@@ -17,10 +18,12 @@ struct FrameByTime {
 };
 
 /** Registers frames without visual evidence, when they are ordered in time: each starts from its
- *  neighbours in time, forwards and then backwards, and geometry decides.
+ *  neighbours in time, forwards and then backwards, by the prior or as the camera moved before, and
+ *  geometry decides.
  *  \return the frames that were tried, in order; some twice */
 std::vector<FrameByTime>
 registerByTime(const ImageGraph& graph, const FrameRegistrar& registrar,
-               const MapperOptions& options, int component, SparseModel& model);
+               const MapperOptions& options, const PriorMotions& prior, int component,
+               SparseModel& model);
 
 } // namespace bundle_icp

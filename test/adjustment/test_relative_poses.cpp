@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "adjustment/landmark_scene.h"
+#include "adjustment/pose_covariances.h"
 
 #include <gtest/gtest.h>
 
@@ -111,6 +112,20 @@ TEST(RelativePoses, AnErrorOfClosureIsSharedByTheVariances)
   EXPECT_LT(distance(line.relative(0, 1), shift(1 + share)), 1e-6);
   EXPECT_LT(distance(line.relative(1, 2), shift(1 + 3 * share)), 1e-6);
   EXPECT_LT(distance(line.relative(0, 3), shift(3.6 - share)), 1e-6);
+}
+
+TEST(RelativePoses, DenseTermsShareTheNoiseOfTheirImagesOthersDoNot)
+{
+  PoseGraph line({shift(0), shift(1), shift(2)});
+  line.relate(0, 1, shift(1));
+  line.relate(1, 2, shift(1));
+  const auto varianceAlong = [&](bool is_dense) {
+    for (RelativePoseTerm& term : line.problem.relative_poses)
+      term.is_dense = is_dense;
+    return poseCovariances(line.graph, line.problem, {}, line.model)[2](3, 3);
+  };
+  EXPECT_NEAR(varianceAlong(false), 2e-4, 1e-7);
+  EXPECT_NEAR(varianceAlong(true), 1.25 * 2e-4, 1e-7); // the middle image counts in both
 }
 
 TEST(RelativePoses, ItDoesNotMatterWhichImageFixesTheGauge)

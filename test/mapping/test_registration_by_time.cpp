@@ -19,11 +19,18 @@ struct Featureless {
   SparseModel model;
   MapperOptions options;
 
-  explicit Featureless(const std::vector<std::size_t>& frames) : model(frames.size())
+  explicit Featureless(const std::vector<std::size_t>& frames, std::size_t empty = 1000,
+                       bool has_prior = false)
+  : model(frames.size())
   {
     for (const std::size_t i : frames) {
-      scan.add(noFeatures(), room().read(i).depth, room().worldFromCamera(i));
+      const cv::Mat depth = room().read(i).depth;
+      const bool is_empty = scan.nodes.size() == empty;
+      scan.add(noFeatures(), is_empty ? cv::Mat(0 * depth) : depth, room().worldFromCamera(i));
       scan.nodes.back().timestamp = room().timestamp(i);
+      if (has_prior) // a centimetre off
+        scan.nodes.back().prior = PosePrior{randomMotion(1, 1, 5) * scan.truth.back() *
+                                            randomMotion(unsigned(i), 0.01, 0.01)};
     }
     graph.append(scan.nodes, true);
   }
@@ -42,7 +49,10 @@ struct Featureless {
     const DepthViewProvider views = scan.provider();
     const FrameRegistrar registrar(graph, views, options.registration, options.adjustment);
     Images frames;
-    for (const FrameByTime& frame : registerByTime(graph, registrar, options, component, model)) {
+    PriorMotions prior(graph, options);
+    prior.measure(model, model.registeredFrames(component));
+    for (const FrameByTime& frame :
+         registerByTime(graph, registrar, options, prior, component, model)) {
       frames.push_back(frame.frame);
       reasons.push_back(frame.registration.reason);
     }
@@ -99,6 +109,23 @@ TEST(RegisterByTime, ContinuesItsComponentAlone)
   EXPECT_EQ(frames.model.registeredFrames(1), (Images{0, 1, 2}));
 }
 
+TEST(RegisterByTime, ThePriorLeadsAcrossFramesThatShowNothing)
+{
+  for (const bool has_prior : {false, true}) {
+    Featureless frames({0, 2, 4, 6, 8}, 3, has_prior); // the fourth has no depth
+    for (const std::size_t frame : {0, 1})
+      frames.model.registerFrame(frame, frames.scan.truth[frame], 0);
+    frames.registerFrom(2);
+    EXPECT_FALSE(frames.model.isRegistered(3));
+    EXPECT_EQ(frames.model.isRegistered(4), has_prior);
+    if (!has_prior)
+      continue;
+    const Pose error = frames.scan.truth[4].inverse() * frames.model.worldFromCamera(4);
+    EXPECT_LT(error.translation().norm(), 0.005);
+    EXPECT_LT(degrees(rotationAngle(error)), 0.2);
+  }
+}
+
 TEST(RegisterByTime, LeavesFramesWhoseMatchesBelongElsewhere)
 {
   Scan scan;
@@ -111,9 +138,9 @@ TEST(RegisterByTime, LeavesFramesWhoseMatchesBelongElsewhere)
   const MapperOptions options;
   const DepthViewProvider views = scan.provider();
   const FrameRegistrar registrar(graph, views, options.registration, options.adjustment);
-  EXPECT_TRUE(registerByTime(graph, registrar, options, 0, model).empty());
+  EXPECT_TRUE(registerByTime(graph, registrar, options, {graph, options}, 0, model).empty());
   model.registerFrame(1, scan.truth[1], 0); // now they belong here
-  ASSERT_EQ(registerByTime(graph, registrar, options, 0, model).size(), 1u);
+  ASSERT_EQ(registerByTime(graph, registrar, options, {graph, options}, 0, model).size(), 1u);
   EXPECT_TRUE(model.isRegistered(2));
 }
 
@@ -134,7 +161,7 @@ TEST(RegisterByTime, LeavesTexturedFramesThatMatchNothing)
   const MapperOptions options;
   const DepthViewProvider views = scan.provider();
   const FrameRegistrar registrar(graph, views, options.registration, options.adjustment);
-  EXPECT_TRUE(registerByTime(graph, registrar, options, 0, model).empty());
+  EXPECT_TRUE(registerByTime(graph, registrar, options, {graph, options}, 0, model).empty());
   EXPECT_FALSE(model.isRegistered(2));
 }
 
@@ -153,7 +180,8 @@ TEST(RegisterByTime, TriesAnImageThatFailedFromTheOtherSide)
   const MapperOptions options;
   const DepthViewProvider views = scan.provider();
   const FrameRegistrar registrar(graph, views, options.registration, options.adjustment);
-  const std::vector<FrameByTime> tried = registerByTime(graph, registrar, options, 0, model);
+  const std::vector<FrameByTime> tried =
+      registerByTime(graph, registrar, options, {graph, options}, 0, model);
   ASSERT_EQ(tried.size(), 2u);
   for (const FrameByTime& frame : tried) {
     EXPECT_EQ(frame.frame, 1u);
@@ -176,5 +204,5 @@ TEST(RegisterByTime, LeavesOutBlurredImages)
   const MapperOptions options;
   const DepthViewProvider none; // it is not even asked
   const FrameRegistrar registrar(graph, none, options.registration, options.adjustment);
-  EXPECT_TRUE(registerByTime(graph, registrar, options, 0, model).empty());
+  EXPECT_TRUE(registerByTime(graph, registrar, options, {graph, options}, 0, model).empty());
 }

@@ -9,8 +9,8 @@
 
 namespace bundle_icp {
 
-/** Result of dense registration between two frames: all point-to-plane terms between them, reduced
- *  to a mean motion and a 6x6 information matrix. */
+/** What is known of the motion between two frames. Of dense registration: all point-to-plane terms
+ *  between them, reduced to a mean motion and a 6x6 information matrix. */
 struct RelativePoseTerm {
   std::size_t first = 0;
   std::size_t second = 0;
@@ -18,6 +18,8 @@ struct RelativePoseTerm {
   /** Of increment(delta) * first_from_second; zero along directions that geometry does not
    *  constrain. */
   Matrix6d information = Matrix6d::Zero();
+  /** True: it comes from the two depth images, whose noise other terms of the frames share. */
+  bool is_dense = true;
 };
 
 /** Frames that an adjustment moves, and evidence besides the tracks. */
@@ -27,7 +29,7 @@ struct BundleAdjustmentProblem {
   /** Frames that take part but keep their pose. When the list is empty, the first variable frame
    *  keeps its pose, which fixes the gauge. */
   std::vector<std::size_t> constant;
-  /** Dense evidence. Terms with a frame outside both lists are ignored. */
+  /** Dense evidence, motions of prior poses. Terms with a frame outside both lists are ignored. */
   std::vector<RelativePoseTerm> relative_poses;
   /** Parameters of SparseModel::calibration() to adjust. */
   std::vector<CalibrationParameter> calibrated;

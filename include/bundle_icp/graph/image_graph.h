@@ -2,11 +2,13 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #pragma once
 
+#include <bundle_icp/common/pose_prior.h>
 #include <bundle_icp/common/progress.h>
 #include <bundle_icp/graph/feature_matching.h>
 #include <bundle_icp/graph/image_retrieval.h>
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -42,6 +44,7 @@ struct BUNDLE_ICP_EXPORT ImageGraphOptions {
 struct ImageNode {
   Features features;
   double timestamp = 0; ///< [s]
+  std::optional<PosePrior> prior = {};
 };
 
 /** An edge, seen from one of its nodes. */
@@ -91,6 +94,9 @@ public:
 
   double
   timestamp(std::size_t frame) const;
+
+  const std::optional<PosePrior>&
+  prior(std::size_t frame) const;
 
   /** Edges of a node in ascending order of the neighbour. */
   std::vector<ImageEdge>

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <bundle_icp/common/progress.h>
+#include <bundle_icp/mapping/pose_prior_report.h>
 #include <bundle_icp/refinement/self_calibration.h>
 #include <bundle_icp/registration/frame_registration.h>
 
@@ -27,6 +28,11 @@ struct BUNDLE_ICP_EXPORT RefinementOptions {
   /** True: the mapper ends with the most likely poses under the prior that hands move a camera
    *  smoothly. The scan shows how smoothly. Needs MappingSchedule::ordered_in_time. */
   bool motion_prior = true;
+  /** True: prior poses of the graph's frames hold the model where the data are weak, and are a
+   *  start where features are missing. The data show what the prior is worth: where it is less
+   *  exact than its deviations say, these grow, and what contradicts the data is left out. Needs
+   *  MappingSchedule::ordered_in_time. */
+  bool pose_prior = true;
 
   bool
   isValid(std::string* error = nullptr) const;
@@ -91,6 +97,10 @@ public:
   /** Corrections that were tested, and those that were applied. */
   const SelfCalibrationResult&
   selfCalibration() const;
+
+  /** What the prior poses were worth. */
+  const PosePriorReport&
+  posePrior() const;
 
 private:
   class Impl;
