@@ -49,11 +49,25 @@ enum class MovingPart {
           ///< surroundings are left out, and poses are those of the camera relative to the thing
 };
 
+/** Poses that are taken as they are. */
+struct BUNDLE_ICP_EXPORT GivenPoses {
+  /** Poses of the colour camera, matched with frames by time. The world is theirs. */
+  Trajectory trajectory;
+  std::string source = "the options"; ///< where they come from, for messages
+  double max_time_difference = 0.02;  ///< largest time between a frame and its pose [s]
+
+  bool
+  isValid(std::string* error = nullptr) const;
+};
+
 /** How reconstruct() works: the options of its steps. */
 struct BUNDLE_ICP_EXPORT ReconstructionOptions {
   /** F2M_ICP and VISUAL_ICP need frames in time order; the other methods take any order. */
   ReconstructionMethod method = ReconstructionMethod::BUNDLE_ICP;
   MovingPart moving = MovingPart::CAMERA; ///< OBJECT: not with F2M_ICP
+  /** When set, the surface is made with these poses alone: no features, no registration and no
+   *  verification; not with `method` nor with `moving`. Frames without a pose are left out. */
+  std::optional<GivenPoses> poses;
   FeatureOptions features;
   /** Finds features in place of extractFeatures() when set; makeFeatures() and toDescriptors()
    *  help. A frame for which it throws, or gives features that do not fit together, gets no pose,
@@ -61,7 +75,8 @@ struct BUNDLE_ICP_EXPORT ReconstructionOptions {
   FeatureFinder find_features;
   ImageGraphOptions graph;
   MapperOptions mapper; ///< schedule.ordered_in_time is taken from the dataset; RGBD_SFM ignores
-                        ///< method, visual_start, dense terms, motion_prior, self_calibration
+                        ///< method, visual_start, dense terms, motion_prior, pose_prior and
+                        ///< self_calibration
   TrackingOptions tracking; ///< for F2M_ICP and VISUAL_ICP
   TSDFOptions volume;       ///< volume that the mesh is made from
   MeshOptions mesh;
@@ -120,7 +135,7 @@ struct FrameReport : FrameRegistration {
 };
 
 /** Result of reconstruct(). The world frame is the camera frame of the earliest registered frame of
- *  component 0. */
+ *  component 0, or that of ReconstructionOptions::poses. */
 struct ReconstructionResult {
   ReconstructionStatus status = ReconstructionStatus::NOTHING_REGISTERED;
   /** What a user should know: what the dataset's reader found, and what verification of the final
@@ -128,13 +143,14 @@ struct ReconstructionResult {
   std::vector<Finding> findings;
   std::vector<FrameReport> frames;          ///< in the order of the dataset
   std::vector<std::size_t> component_sizes; ///< frames in each component
-  /** Its nodes are the frames that could be read; F2M_ICP and VISUAL_ICP make no graph and no
-   *  model. Unless a PreparedScan shares the graph, its descriptors are released. */
+  /** Its nodes are the frames that could be read; F2M_ICP, VISUAL_ICP and given poses make no graph
+   *  and no model. Unless a PreparedScan shares the graph, its descriptors are released. */
   std::shared_ptr<const ImageGraph> graph;
   /** For each node of the graph, the index of its frame in `frames`. */
   std::vector<std::size_t> frame_of_node;
   SparseModel model;                      ///< sparse model, calibration included
   SelfCalibrationResult self_calibration; ///< corrections that were tested and applied
+  PosePriorReport pose_prior;             ///< what the dataset's prior poses were worth
   std::optional<ObjectRegion> object;     ///< set when ReconstructionOptions::object asks for it
   pcl::PolygonMesh mesh;  ///< fields of toPolygonMesh(), among them those of PointXYZRGBNormal
   MeshReport mesh_report; ///< how the mesh was cleaned and decimated
@@ -182,7 +198,9 @@ private:
  *  If the dataset isOrdered(), they also tell which images are likely to match, give a first guess
  *  where visual evidence is missing, and serve RefinementOptions::motion_prior. Frames that cannot
  *  be read are skipped and reported.
- *  \throws pcl::BadArgumentException for invalid options or an empty dataset. */
+ *  The dataset's prior poses serve RefinementOptions::pose_prior.
+ *  \throws pcl::BadArgumentException for invalid options, an empty dataset, an invalid prior, or
+ *  given poses none of which fits a frame in time. */
 BUNDLE_ICP_EXPORT ReconstructionResult
 reconstruct(const RGBDDataset& dataset, const ReconstructionOptions& options = {},
             const ProgressCallback& progress = {});

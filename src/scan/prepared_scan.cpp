@@ -45,6 +45,9 @@ check(const RGBDDataset& dataset, const ReconstructionOptions& options)
                                "RGBDDataset::read() must give undistorted images");
   if (dataset.size() == 0)
     throw BadArgumentException("reconstruct: the dataset has no frames");
+  for (std::size_t i = 0; i < dataset.size(); ++i)
+    if (const auto prior = dataset.prior(i); prior && !prior->isValid(&error))
+      throw BadArgumentException("reconstruct: " + dataset.name(i) + ": " + error);
 }
 
 /** Features of a frame, by the caller's own function where there is one.
@@ -153,7 +156,7 @@ PreparedScan::Impl::extractAll(const ProgressCallback& progress)
         try {
           const RGBDFrame rgbd = dataset_.read(i);
           nodes_[i] = {findFeatures(rgbd, dataset_.camera(), frames_[i].name, options_),
-                       frames_[i].timestamp};
+                       frames_[i].timestamp, dataset_.prior(i)};
           frames_[i].features = nodes_[i].features.size();
           depth_views_.set(i, rgbd.depth);
         }

@@ -3,6 +3,8 @@
 #include <bundle_icp/reconstruction.h>
 
 #include "refinement/moving_pixels.h"
+#include "scan/given_poses.h"
+#include "scan/pose_prior_findings.h"
 #include "scan/prepared_scan.h"
 #include "scan/read_in_order.h"
 #include "scan/result_findings.h"
@@ -40,6 +42,7 @@ mapperOptions(const ReconstructionOptions& options, bool ordered_in_time)
     mapper.registration.visual_start = true;
     mapper.refinement.num_dense_neighbours = 0;
     mapper.refinement.motion_prior = false;
+    mapper.refinement.pose_prior = false;
   }
   return mapper;
 }
@@ -56,6 +59,8 @@ public:
   {
     if (options.moving != scan_.options().moving)
       throw BadArgumentException("reconstruct: the scan was prepared for another moving part");
+    if (options.poses)
+      checkTimes(*options.poses, scan_.dataset());
   }
 
   ReconstructionResult
@@ -66,6 +71,8 @@ private:
   prepare();
   bool
   estimatePoses();
+  bool
+  usePoses();
   bool
   trackFrames();
   bool
@@ -131,7 +138,7 @@ bool
 Reconstruction::prepare()
 {
   const bool completed =
-      options_.method == ReconstructionMethod::F2M_ICP ||
+      options_.poses || options_.method == ReconstructionMethod::F2M_ICP ||
       (scan_.needFeatures(progress_, result_.timing_s) &&
        (isTracking(options_.method) || scan_.needGraph(progress_, result_.timing_s)));
   result_.frames = scan_.frames();
@@ -143,9 +150,20 @@ Reconstruction::prepare()
 bool
 Reconstruction::estimatePoses()
 {
+  if (options_.poses)
+    return usePoses();
   if (isTracking(options_.method))
     return timed("tracking", [this] { return trackFrames(); });
   return timed("registration", [this] { return mapFrames(); });
+}
+
+/** Poses as they are given; the calibration as well. */
+bool
+Reconstruction::usePoses()
+{
+  result_.model.setCalibration(options_.mapper.refinement.calibration);
+  placeFrames(*options_.poses, result_);
+  return true;
 }
 
 /** Tracks frame after frame in the given order. */
@@ -213,6 +231,7 @@ Reconstruction::mapFrames()
   if (is_last_)
     scan_.releaseDescriptors();
   result_.self_calibration = mapper.selfCalibration();
+  result_.pose_prior = mapper.posePrior();
   chooseWorld(result_);
   reportFrames(mapper.registrations());
   return completed;
@@ -267,6 +286,7 @@ Reconstruction::verify()
                           scan_.dataset().camera()));
   add(timeOffsetFindings(result_, has_times));
   add(stillCameraFindings(result_));
+  add(posePriorFindings(result_.pose_prior));
   add(movingFindings(result_.frames));
   add(twoMotionsFindings(*result_.graph));
   add(sceneFindings(result_));

@@ -58,6 +58,8 @@ ReconstructionOptions::isValid(std::string* error) const
     reason = "num_threads must be >= 0";
   else if (moving == MovingPart::OBJECT && method == ReconstructionMethod::F2M_ICP)
     reason = "moving: f2m_icp cannot track an object before a camera that stands still";
+  else if (poses && (method != ReconstructionMethod::BUNDLE_ICP || moving != MovingPart::CAMERA))
+    reason = "poses: given poses are of a camera that moves, and need no method";
   else if (make_mesh && mesh_formats.empty())
     reason = "mesh_formats is empty";
   else if (const std::string unknown = unknownFormat(mesh_formats); !unknown.empty())
@@ -65,7 +67,7 @@ ReconstructionOptions::isValid(std::string* error) const
   else
     features.isValid(&reason) && graph.isValid(&reason) && mapper.isValid(&reason) &&
         tracking.isValid(&reason) && volume.isValid(&reason) && mesh.isValid(&reason) &&
-        (!object || object->isValid(&reason));
+        (!object || object->isValid(&reason)) && (!poses || poses->isValid(&reason));
   if (error && !reason.empty())
     *error = reason;
   return reason.empty();

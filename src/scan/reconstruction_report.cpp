@@ -94,7 +94,7 @@ toJson(const DepthNoise& noise)
 Json
 toJson(const ReconstructionOptions& options, const DepthNoise& noise)
 {
-  Json json{{"method", toString(options.method)},
+  Json json{{"method", options.poses ? "given_poses" : toString(options.method)},
             {"moving", options.moving == MovingPart::OBJECT ? "object" : "camera"},
             {"sensor", toJson(noise)},
             {"features", options.find_features ? "own" : "sift"},
@@ -114,6 +114,8 @@ toJson(const ReconstructionOptions& options, const DepthNoise& noise)
             {"decimate_error", options.mesh.decimation.max_error},
             {"min_depth", options.volume.min_depth},
             {"max_depth", options.volume.max_depth}};
+  if (options.poses)
+    json["poses"] = options.poses->source;
   if (options.volume.region)
     json["roi"] = toJson(*options.volume.region);
   if (options.object)
