@@ -3,6 +3,7 @@
 //
 // From a recording to camera poses, a sparse model and a coloured mesh.
 #include "calibration_arguments.h"
+#include "pose_arguments.h"
 #include "print_reconstruction.h"
 #include "scan_arguments.h"
 
@@ -34,6 +35,7 @@ struct Arguments {
   std::string scan, output, method, matching, moving, solver, device = "auto";
   DatasetOptions dataset;
   CalibrationArguments calibration;
+  PoseArguments poses;
   ReconstructionOptions reconstruction;
   bool is_quiet = false;
 };
@@ -91,7 +93,7 @@ describeSurface(ReconstructionOptions& options, po::options_description& run)
       "truncation of the signed distance [m]; default: 8 voxels, at least 0.012, at most 100 "
       "voxels");
   add("roi", po::value<std::string>()->value_name("BOX"),
-      "box that limits the surface [m], in the camera frame of the earliest frame with a pose: "
+      "box that limits the surface [m], in the world frame: "
       "x0,y0,z0,x1,y1,z1 (corners), or cx,cy,cz,sx,sy,sz,qx,qy,qz,qw (centre, lengths of the "
       "edges, orientation of a turned box), or object: the object on the dominant plane that "
       "most frames look at, with 2 cm around it; default: everything");
@@ -167,6 +169,7 @@ describe(Arguments& arguments)
   return po::options_description()
       .add(describeRecording(arguments.dataset))
       .add(describeCalibration(arguments.calibration))
+      .add(describePoses(arguments.poses))
       .add(run);
 }
 
@@ -182,7 +185,7 @@ printHelp(const po::options_description& visible)
          "SCAN is a recording in one of the formats of docs/recordings.md: TUM RGB-D, 7-Scenes,\n"
          "ScanNet, Open3D, Stray Scanner, Polycam, nerfstudio, PCL clouds, or folders of images.\n"
          "The world frame is the camera frame of the earliest registered frame: x right, y down,\n"
-         "z forward.\n"
+         "z forward; with --poses it is that of the poses.\n"
          "Exit codes: 0 = done, verdict good or usable; 1 = failed; 2 = wrong usage; 3 = done and\n"
          "written, but the verdict is doubtful: the last lines say why and what to do.\n"
       << visible;
@@ -231,6 +234,7 @@ applyValues(const po::variables_map& values, Arguments& arguments)
   arguments.reconstruction.mapper.adjustment.solver = solver->second;
   if (arguments.device != "cpu" && arguments.device != "auto")
     throw UsageError("--device " + arguments.device + ": known are cpu and auto");
+  applyPoses(arguments.poses, arguments.dataset, arguments.reconstruction);
   std::string error;
   if (!arguments.reconstruction.isValid(&error))
     throw UsageError(error);
@@ -305,6 +309,7 @@ runReconstruction(int argc, char** argv)
   const RGBDDataset::Ptr dataset =
       openCalibrated(arguments->scan, arguments->dataset, arguments->calibration,
                      arguments->reconstruction.mapper);
+  takeRecordedPoses(arguments->poses, arguments->scan, *dataset, arguments->reconstruction);
   prepareResultFolder(arguments->output);
   ReconstructionResult result;
   {

@@ -43,6 +43,8 @@ const std::map<std::string, std::vector<std::string>> options_of = {
       "--calibration FILE",
       "--known-distance MEASURED,TRUE",
       "--no-calibration",
+      "--pose-prior FILE[,SIGMA]",
+      "--poses FILE",
       "-q [ --quiet ]",
       "[m]",
       "[px]"}},
