@@ -45,7 +45,8 @@ TEST_F(KnownPoses, AreAPriorThatTheReportJudges)
   simulate();
   const ProgramResult result = reconstruct({"--no-mesh", "--pose-prior", writePoses(0) + ",0.02"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
-  for (const auto& finding : report()["findings"])
+  const nlohmann::json content = report();
+  for (const auto& finding : content["findings"])
     if (finding["kind"] == "pose_prior") {
       EXPECT_EQ(finding["severity"], "note") << finding;
       EXPECT_EQ(finding["evidence"]["frames"], 12);
@@ -65,9 +66,10 @@ TEST_F(KnownPoses, AreTakenAsTheyAre)
   EXPECT_EQ(namesIn(out),
             (std::set<std::string>{"calibration.json", "mesh.ply", "mesh.png", "report.json",
                                    "trajectory.png", "trajectory.txt"}));
-  EXPECT_EQ(report()["options"]["method"], "given_poses");
-  EXPECT_EQ(report()["options"]["poses"], poses);
-  for (const auto& frame : report()["frames"])
+  const nlohmann::json content = report();
+  EXPECT_EQ(content["options"]["method"], "given_poses");
+  EXPECT_EQ(content["options"]["poses"], poses);
+  for (const auto& frame : content["frames"])
     EXPECT_EQ(frame["verdict"], "unchecked");
   const Trajectory given = readTrajectory(poses), used = readTrajectory(out + "/trajectory.txt");
   ASSERT_EQ(used.size(), given.size());

@@ -28,9 +28,9 @@ struct Featureless {
       const bool is_empty = scan.nodes.size() == empty;
       scan.add(noFeatures(), is_empty ? cv::Mat(0 * depth) : depth, room().worldFromCamera(i));
       scan.nodes.back().timestamp = room().timestamp(i);
-      if (has_prior) // a centimetre off
+      if (has_prior) // some millimetres off
         scan.nodes.back().prior = PosePrior{randomMotion(1, 1, 5) * scan.truth.back() *
-                                            randomMotion(unsigned(i), 0.01, 0.01)};
+                                            randomMotion(unsigned(i), 0.003, 0.003)};
     }
     graph.append(scan.nodes, true);
   }
