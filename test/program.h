@@ -22,9 +22,11 @@ hasProgram(const std::string& name)
   return boost::filesystem::exists(std::string(BUNDLE_ICP_PROGRAM_FOLDER) + "/" + name);
 }
 
-/** Runs a program of the project, for example "bundle_icp_evaluate", to its end. */
+/** Runs a program of the project, for example "bundle_icp_evaluate", to its end.
+ *  \param before text of the shell before the command, such as limits */
 inline ProgramResult
-runProgram(const std::string& name, const std::vector<std::string>& arguments)
+runProgram(const std::string& name, const std::vector<std::string>& arguments,
+           const std::string& before = "")
 {
   const TemporaryFolder folder;
   const auto quote = [](const std::string& word) {
@@ -33,7 +35,7 @@ runProgram(const std::string& name, const std::vector<std::string>& arguments)
       quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
     return quoted + "'";
   };
-  std::string command = quote(std::string(BUNDLE_ICP_PROGRAM_FOLDER) + "/" + name);
+  std::string command = before + quote(std::string(BUNDLE_ICP_PROGRAM_FOLDER) + "/" + name);
   for (const std::string& argument : arguments)
     command += " " + quote(argument);
   command += " </dev/null >" + quote(folder.path("out")) + " 2>" + quote(folder.path("err"));

@@ -92,11 +92,11 @@ toString(Judgement judgement)
 
 Outcome
 reconstruct(const std::string& folder, const std::string& output, const Places& places,
-            const std::vector<std::string>& arguments)
+            const std::vector<std::string>& arguments, const std::string& limits)
 {
   std::vector<std::string> all = {folder, "-o", output, "--no-mesh", "--threads", "1", "--quiet"};
   all.insert(all.end(), arguments.begin(), arguments.end());
-  const ProgramResult result = runProgram("bundle_icp_reconstruct", all);
+  const ProgramResult result = runProgram("bundle_icp_reconstruct", all, limits);
   writeText(output + "/said.txt", result.err + result.out);
   Outcome outcome;
   outcome.exit_code = result.exit_code;

@@ -30,10 +30,11 @@ const char*
 toString(Judgement judgement);
 
 /** Runs bundle_icp_reconstruct on the recording in a folder, which changes nothing there.
- *  \param arguments of the program, beyond the usual */
+ *  \param arguments of the program, beyond the usual
+ *  \param limits text of the shell before the command, see runProgram() */
 Outcome
 reconstruct(const std::string& folder, const std::string& output, const Places& places,
-            const std::vector<std::string>& arguments);
+            const std::vector<std::string>& arguments, const std::string& limits = "");
 
 /** Largest error that is right, by that of the reference [m]: twice as much, and what does not
  *  matter in a room. */
