@@ -16,7 +16,7 @@ if command -v ccache >/dev/null; then
 fi
 cmake -S . -B build/sanitizers "${options[@]}" -DCMAKE_C_COMPILER=clang -DCMAKE_CXX_COMPILER=clang++ \
   -DCMAKE_BUILD_TYPE=RelWithDebInfo -DCMAKE_CXX_FLAGS_RELWITHDEBINFO="-O1 -g1" -DBUNDLE_ICP_FUZZ=ON \
-  -DBUNDLE_ICP_SANITIZE=address,undefined
+  -DBUNDLE_ICP_SANITIZE=address,undefined -DBUNDLE_ICP_BUILD_EXAMPLES=OFF
 cmake --build build/sanitizers --parallel "$(nproc)" --target bundle_icp_fuzz_files bundle_icp_fuzz_recordings
 
 export ASAN_OPTIONS=detect_leaks=0:allocator_may_return_null=0 UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
 # All that a change must pass: format and documents, clang-tidy on sources that are not committed yet,
-# all tests in Release, warnings of GCC and Clang as errors, the quick unit tests with the address and
-# undefined-behaviour sanitizers, and 20 s of each fuzzer. Ends at the first failure.
+# all tests in Release, warnings of GCC and Clang as errors, and 20 s of each fuzzer. Ends at the first
+# failure. The unit tests with sanitizers: scripts/sanitizers.sh.
 #
 #   bash scripts/test.sh [--quick]
 #
@@ -34,7 +34,10 @@ if [ "$quick" = --quick ]; then
 fi
 ctest --test-dir build/release --parallel 2 --output-on-failure
 
-# With Clang and the sanitizers: all of the code for its warnings, the tests of what reads foreign bytes and
-# of what all else rests on, and the fuzzers for a moment. The other rooms: scripts/sanitizers.sh.
-bash scripts/sanitizers.sh common io mesh graph model virtual_depth
+# The library and the programs once with Clang, for its warnings: nothing runs.
+cmake -S . -B build/clang "${options[@]}" -DCMAKE_C_COMPILER=clang -DCMAKE_CXX_COMPILER=clang++ \
+  -DCMAKE_BUILD_TYPE=Debug -DCMAKE_CXX_FLAGS_DEBUG=-O0 -DBUNDLE_ICP_BUILD_TESTS=OFF \
+  -DBUNDLE_ICP_WARNINGS_AS_ERRORS=ON
+cmake --build build/clang --parallel "$(nproc)"
+
 bash scripts/fuzz.sh 20
