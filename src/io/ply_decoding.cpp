@@ -167,7 +167,7 @@ private:
         readList(element, property, mesh.polygons);
       else if (const double value = (this->*property.read)(); is_vertex) {
         if (property.color_shift >= 0)
-          color |= std::uint32_t(std::uint8_t(value)) << property.color_shift;
+          color |= std::uint32_t(value > 0 ? std::min(value, 255.0) : 0.0) << property.color_shift;
         else
           append(float(value));
       }

@@ -50,7 +50,7 @@ insertBytes(std::string bytes, Random& random)
 std::vector<std::pair<std::size_t, std::size_t>>
 numbersOf(const std::string& text)
 {
-  static const std::regex number(R"([-+]?\d+(\.\d*)?([eE][-+]?\d+)?)");
+  static const std::regex number(R"([-+]?\d+(\.\d+)?([eE][-+]?\d+)?)");
   std::vector<std::pair<std::size_t, std::size_t>> places;
   for (std::sregex_iterator match(text.begin(), text.end(), number), end; match != end; ++match)
     places.emplace_back(match->position(), match->length());

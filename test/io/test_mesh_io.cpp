@@ -381,3 +381,20 @@ TEST(MeshIO, AFullDiskIsNoticedAndTheOldFileStays)
     EXPECT_EQ(readText(path), "old");
   }
 }
+
+TEST(MeshIO, ColoursBeyondAByteAreCutToOne)
+{
+  const TemporaryFolder folder;
+  writeText(folder.path("points.ply"), "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\n"
+                                       "property float y\nproperty float z\nproperty float red\n"
+                                       "property float green\nproperty float blue\nend_header\n"
+                                       "0 0 1 3e6 255 256\n0 1 1 -1 -1e30 0.5\n1 1 1 nan 7 8\n");
+  pcl::PointCloud<pcl::PointXYZRGB> points;
+  pcl::fromPCLPointCloud2(readMesh(folder.path("points.ply")).cloud, points);
+  const auto colorOf = [&](std::size_t i) {
+    return std::vector<int>{points[i].r, points[i].g, points[i].b};
+  };
+  EXPECT_EQ(colorOf(0), (std::vector<int>{255, 255, 255}));
+  EXPECT_EQ(colorOf(1), (std::vector<int>{0, 0, 0}));
+  EXPECT_EQ(colorOf(2), (std::vector<int>{0, 7, 8}));
+}
