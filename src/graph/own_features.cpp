@@ -81,7 +81,9 @@ measureDepth(const cv::Mat& depth, const CameraIntrinsics& camera, const Eigen::
   // Errors of neighbouring depth pixels are correlated, so averaging does not lower sigma; a
   // keypoint that is off by a fraction of a pixel reads another depth on a slope.
   const double slope = std::hypot(plane.x(), plane.y()) * options.pixel_sigma;
-  return {z, float(std::hypot(sigma, slope)), plane.head<2>()};
+  const MeasuredDepth measured{z, float(std::hypot(sigma, slope)), plane.head<2>()};
+  // Bytes that are no depth may be numbers of any size, whose deviation none can hold.
+  return plane.allFinite() && std::isfinite(measured.sigma) ? measured : MeasuredDepth();
 }
 
 /** Mean squared gradient over variance, on the half-size image where sensor noise is less. */

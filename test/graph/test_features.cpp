@@ -133,6 +133,17 @@ TEST(Features, HaveNoDepthAtADepthEdge)
   EXPECT_GT(at_edge, 2u);
 }
 
+TEST(Features, HaveNoDepthBeyondAllMeasure)
+{
+  for (const float z : {1e25f, 3e38f, std::numeric_limits<float>::infinity()}) {
+    const Features f =
+        extractFeatures(texturedFrame(cv::Mat(240, 320, CV_32FC1, cv::Scalar(z))), camera());
+    EXPECT_GT(f.size(), 100u);
+    for (std::size_t j = 0; j < f.size(); ++j)
+      EXPECT_FALSE(f.hasDepth(j)) << z;
+  }
+}
+
 TEST(Features, AreNotLookedForInAHole)
 {
   cv::Mat depth = wall(1);
