@@ -1,18 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
-#include <bundle_icp/refinement/self_calibration.h>
-
 #include "adjustment/held_back.h"
-#include "faulty_camera.h"
-#include "mapping/frame_motions.h"
+#include "faulty_scan.h"
 #include "messages.h"
-#include "refinement/verification.h"
 
 #include <pcl/exceptions.h>
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 using namespace bundle_icp;
 using namespace bundle_icp::test;
@@ -21,78 +16,6 @@ namespace {
 
 using P = CalibrationParameter;
 using Parameters = std::vector<P>;
-
-const Landmarks&
-landmarks()
-{
-  static const Landmarks all(200);
-  return all;
-}
-
-ImageGraph
-toGraph(const std::vector<FaultyView>& views, double time_step)
-{
-  std::vector<ImageNode> nodes;
-  for (const FaultyView& view : views)
-    nodes.push_back({view.view.features, time_step * double(nodes.size())});
-  ImageGraph graph(landmarks().camera());
-  graph.append(nodes, true);
-  return graph;
-}
-
-/** A scan by a faulty camera, as it is when the mapper calibrates it: registered,
- * adjusted without corrections, motions estimated from the poses. */
-struct Scan {
-  std::vector<FaultyView> views;
-  ImageGraph graph;
-  SparseModel model;
-  std::vector<std::size_t> frames;
-
-  /** \param time_step between the stamps that the library gets; 0 = the true one */
-  explicit Scan(const FaultyCamera& camera, unsigned count = 30, double time_step = 0)
-  : views(recordWrongly(landmarks(), camera, count)),
-    graph(toGraph(views, time_step > 0 ? time_step : 1 / camera.rate)), model(count), frames(count)
-  {
-    std::iota(frames.begin(), frames.end(), std::size_t(0));
-    for (const std::size_t i : frames)
-      model.registerFrame(graph, i, views[i].view.world_from_camera, 0, {});
-    adjust({});
-    estimateMotions(graph, 0, model);
-  }
-
-  BundleAdjustmentProblem
-  problem(const SelfCalibrationResult& result) const
-  {
-    BundleAdjustmentProblem problem;
-    problem.variable = frames;
-    problem.calibrated = result.calibrated;
-    problem.depth_errors = result.depth_errors;
-    return problem;
-  }
-
-  void
-  adjust(const SelfCalibrationResult& result)
-  {
-    ASSERT_TRUE(adjustBundle(graph, problem(result), {}, model).success);
-  }
-
-  SelfCalibrationResult
-  calibrate(const SelfCalibrationOptions& options = {})
-  {
-    return selfCalibrate(graph, frames, {}, options, model);
-  }
-};
-
-std::string
-report(const SelfCalibrationResult& result)
-{
-  std::string text;
-  for (const CalibrationTest& test : result.tests)
-    text += test.name + (test.applied ? ": applied, " : ": refused, ") + "gain " +
-            std::to_string(test.gain) + ", significance " + std::to_string(test.significance) +
-            "\n";
-  return text;
-}
 
 struct Fault {
   P parameter;
@@ -110,7 +33,7 @@ expectFound(const std::vector<Fault>& faults)
     camera.faults[fault.parameter] = fault.value;
     parameters.push_back(fault.parameter);
   }
-  Scan scan(camera);
+  FaultyScan scan(camera);
   const SelfCalibrationResult result = scan.calibrate();
   Parameters found = result.calibrated;
   std::sort(found.begin(), found.end());
@@ -199,7 +122,7 @@ TEST(SelfCalibrate, FindsTheDepthErrorOfEachImage)
 {
   FaultyCamera camera;
   camera.depth_error_sigmas = 1.5;
-  Scan scan(camera);
+  FaultyScan scan(camera);
   const SelfCalibrationResult result = scan.calibrate();
   EXPECT_TRUE(result.depth_errors) << report(result);
   EXPECT_TRUE(result.calibrated.empty()) << report(result);
@@ -219,7 +142,7 @@ TEST(SelfCalibrate, RefusesCorrectionsOfACameraWithoutFaults)
   for (unsigned seed = 0; seed < 3; ++seed) {
     FaultyCamera camera;
     camera.seed = seed;
-    Scan scan(camera);
+    FaultyScan scan(camera);
     const SelfCalibrationResult result = scan.calibrate();
     expectNothingApplied(result, scan.model);
     // Two numbers too many do not cost much either, when all is converged.
@@ -230,106 +153,11 @@ TEST(SelfCalibrate, RefusesCorrectionsOfACameraWithoutFaults)
   }
 }
 
-TEST(SelfCalibrate, SaysButDoesNotApplyAFocalLengthThatNoErrorOfCalibrationExplains)
-{
-  FaultyCamera camera;
-  camera.faults[P::FOCAL_X] = camera.faults[P::FOCAL_Y] = 0.1;
-  Scan scan(camera);
-  const SelfCalibrationResult result = scan.calibrate();
-  EXPECT_EQ(scan.model.calibration()[P::FOCAL_X], 0) << report(result);
-  const CalibrationTest& focal = result.tests[3];
-  ASSERT_EQ(focal.name, "focal length");
-  EXPECT_FALSE(focal.applied);
-  ASSERT_EQ(focal.implausible.size(), 2u) << report(result);
-  EXPECT_NEAR(focal.implausible[0], 0.1, 0.03);
-  const std::vector<Finding> findings =
-      calibrationFindings(result, scan.model.calibration(), scan.graph.camera());
-  ASSERT_EQ(findings.size(), 1u);
-  EXPECT_EQ(findings[0].kind, "focal_length");
-  EXPECT_EQ(findings[0].severity, Severity::FAULT);
-  EXPECT_NEAR(findings[0].evidence[2].second, 1.1 * scan.graph.camera().fx, 10);
-}
-
-TEST(SelfCalibrate, SaysAWrongFocalLengthBehindAWrongLens)
-{
-  for (const double error : {-0.07, 0.07}) {
-    FaultyCamera camera;
-    camera.faults[P::FOCAL_X] = camera.faults[P::FOCAL_Y] = error;
-    camera.faults[P::CENTER_Y] = 16;
-    camera.faults[P::RADIAL_1] = 0.15;
-    camera.faults[P::RADIAL_2] = -0.25;
-    camera.faults[P::READOUT] = 0.024;
-    camera.depth_error_sigmas = 1;
-    Scan scan(camera);
-    const SelfCalibrationResult result = scan.calibrate();
-    const std::vector<Finding> findings =
-        calibrationFindings(result, scan.model.calibration(), scan.graph.camera());
-    const auto found = std::find_if(findings.begin(), findings.end(), [](const Finding& finding) {
-      return finding.kind == "focal_length";
-    });
-    ASSERT_NE(found, findings.end()) << error << "\n" << report(result);
-    EXPECT_EQ(found->severity, Severity::FAULT) << found->what;
-    EXPECT_NEAR(found->evidence[2].second, (1 + error) * scan.graph.camera().fx, 15);
-  }
-}
-
-TEST(SelfCalibrate, MeasuresWhatTheFocalLengthWantsToBe)
-{
-  for (const double error : {0.0, -0.03}) {
-    FaultyCamera camera;
-    camera.faults[P::FOCAL_X] = camera.faults[P::FOCAL_Y] = error;
-    Scan scan(camera);
-    const SelfCalibrationResult result = scan.calibrate();
-    const WantedFocalLength& wanted = result.wanted_focal;
-    EXPECT_GT(wanted.deviation, 0);
-    EXPECT_LT(wanted.deviation, 0.01);
-    EXPECT_NEAR(wanted.mean(), error, 0.01);
-    EXPECT_TRUE(calibrationFindings(result, scan.model.calibration(), scan.graph.camera()).empty())
-        << error;
-  }
-}
-
-TEST(SelfCalibrate, DoesNotMakePixelsOblong)
-{
-  FaultyCamera camera;
-  camera.faults[P::FOCAL_X] = 0.04;
-  Scan scan(camera);
-  const SelfCalibrationResult result = scan.calibrate();
-  EXPECT_EQ(scan.model.calibration()[P::FOCAL_X], 0) << report(result);
-  const std::vector<Finding> findings =
-      calibrationFindings(result, scan.model.calibration(), scan.graph.camera());
-  ASSERT_EQ(findings.size(), 1u) << report(result);
-  EXPECT_EQ(findings[0].severity, Severity::FAULT);
-  EXPECT_NE(findings[0].what.find("not square"), std::string::npos) << findings[0].what;
-}
-
-TEST(CalibrationFindings, OfAWantedFocalLength)
-{
-  const CameraIntrinsics& camera = landmarks().camera();
-  const auto severity = [&](double wanted, double deviation, bool is_corrected) {
-    SelfCalibrationResult result;
-    result.wanted_focal = {wanted, wanted, deviation};
-    if (is_corrected)
-      result.calibrated = {P::FOCAL_X, P::FOCAL_Y};
-    const std::vector<Finding> findings = calibrationFindings(result, {}, camera);
-    return findings.empty() ? Severity::NOTE : findings[0].severity;
-  };
-  EXPECT_EQ(severity(-0.055, 0.0015, false), Severity::FAULT);
-  EXPECT_EQ(severity(0.055, 0.0015, true), Severity::FAULT);
-  EXPECT_EQ(severity(0.045, 0.005, false), Severity::FAULT); // 5 % is not excluded
-  EXPECT_EQ(severity(0.045, 0.001, false), Severity::WARNING);
-  EXPECT_EQ(severity(0.045, 0.001, true), Severity::NOTE); // it was corrected
-  EXPECT_EQ(severity(0.016, 0.002, false), Severity::NOTE);
-  EXPECT_EQ(severity(0.06, 0.015, false), Severity::WARNING);
-  EXPECT_EQ(severity(0.06, 0.04, false), Severity::NOTE); // the scan does not determine it
-  EXPECT_EQ(severity(0.06, 0, false), Severity::NOTE);    // not measured
-}
-
 TEST(SelfCalibrate, CannotSeeADepthScale)
 {
   FaultyCamera camera;
   camera.depth_factor = 1.03;
-  Scan scan(camera);
+  FaultyScan scan(camera);
   const SelfCalibrationResult result = scan.calibrate();
   expectNothingApplied(result, scan.model);
   scan.adjust(result);
@@ -349,7 +177,7 @@ TEST(SelfCalibrate, DoesNotTestWithTooFewImages)
 {
   FaultyCamera camera;
   camera.faults[P::FOCAL_X] = camera.faults[P::FOCAL_Y] = 0.03;
-  Scan scan(camera, 7);
+  FaultyScan scan(camera, 7);
   const SparseModel before = scan.model;
   const SelfCalibrationResult result = scan.calibrate();
   expectNothingApplied(result, scan.model);
@@ -364,7 +192,7 @@ TEST(SelfCalibrate, StampsThatTellNothingGiveNoTimes)
   FaultyCamera camera;
   camera.faults[P::READOUT] = 0.02;
   camera.faults[P::TIME_OFFSET] = 0.02;
-  Scan scan(camera, 30, 5.0); // said to be five seconds apart
+  FaultyScan scan(camera, 30, 5.0); // said to be five seconds apart
   const SelfCalibrationResult result = scan.calibrate();
   for (const P parameter : result.calibrated)
     EXPECT_TRUE(parameter != P::READOUT && parameter != P::TIME_OFFSET) << report(result);
@@ -377,7 +205,7 @@ TEST(SelfCalibrate, DoesNotDependOnThreads)
   FaultyCamera camera;
   camera.faults[P::FOCAL_X] = camera.faults[P::FOCAL_Y] = 0.02;
   camera.faults[P::TIME_OFFSET] = 0.02;
-  Scan scans[]{Scan(camera), Scan(camera)};
+  FaultyScan scans[]{FaultyScan(camera), FaultyScan(camera)};
   SelfCalibrationResult results[2];
   for (int k = 0; k < 2; ++k) {
     SelfCalibrationOptions options;
