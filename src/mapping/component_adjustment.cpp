@@ -9,6 +9,7 @@
 #include "refinement/trajectory_smoothing.h"
 
 #include <algorithm>
+#include <map>
 
 namespace bundle_icp {
 namespace {
@@ -226,9 +227,12 @@ ComponentAdjuster::applyMotionPrior(SparseModel& model, int component,
 void
 numberBySize(SparseModel& model)
 {
+  std::map<int, std::vector<std::size_t>> frames_of; // without those that have lost all frames
+  for (const std::size_t frame : model.registeredFrames())
+    frames_of[model.component(frame)].push_back(frame);
   std::vector<std::vector<std::size_t>> components;
-  for (int component = 0; !model.registeredFrames(component).empty(); ++component)
-    components.push_back(model.registeredFrames(component));
+  for (auto& [component, frames] : frames_of)
+    components.push_back(std::move(frames));
   std::stable_sort(components.begin(), components.end(),
                    [](const auto& a, const auto& b) { return a.size() > b.size(); });
   for (std::size_t c = 0; c < components.size(); ++c)

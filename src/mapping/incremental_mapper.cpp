@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <utility>
 
 namespace bundle_icp {
 namespace {
@@ -91,6 +92,7 @@ private:
   std::vector<std::optional<Matrix6d>> covariances_;
   ComponentAdjuster adjuster_;
   ProgressCallback progress_;
+  bool was_run_ = false;
 };
 
 IncrementalMapper::IncrementalMapper(const ImageGraph& graph, DepthViewProvider depth_views,
@@ -141,6 +143,8 @@ IncrementalMapper::registrations() const
 bool
 IncrementalMapper::Impl::run(SparseModel& model, const ProgressCallback& progress)
 {
+  if (std::exchange(was_run_, true))
+    throw BadArgumentException("IncrementalMapper: run() was called before; a mapper runs once");
   progress_ = progress;
   model.resize(graph_.size());
   model.setCalibration(options_.refinement.calibration);

@@ -176,6 +176,18 @@ TEST(MotionPrior, NeedsImagesInTimeAndTheUsersConsent)
   EXPECT_TRUE(isMoved(20, {}));
 }
 
+TEST(NumberBySize, AComponentThatHasLostItsFramesLeavesNoGap)
+{
+  SparseModel model(5);
+  const int components[] = {2, 2, 4, 4, 4}; // 0, 1 and 3 are empty
+  for (std::size_t i = 0; i < 5; ++i)
+    model.registerFrame(i, Pose::Identity(), components[i]);
+  numberBySize(model);
+  const int expected[] = {1, 1, 0, 0, 0};
+  for (std::size_t i = 0; i < 5; ++i)
+    EXPECT_EQ(model.component(i), expected[i]) << i;
+}
+
 TEST(NumberBySize, TheLargestComponentIsNumberZero)
 {
   SparseModel model(9);

@@ -221,6 +221,16 @@ TEST(IncrementalMapper, NothingInCommonRegistersNothing)
     EXPECT_CONTAINS(registration.reason, "no other image shares");
 }
 
+TEST(IncrementalMapper, RunsOnce)
+{
+  const ImageGraph graph(roomScan().camera);
+  IncrementalMapper mapper(graph, roomScan().provider());
+  SparseModel model;
+  EXPECT_TRUE(mapper.run(model));
+  EXPECT_CONTAINS(messageOf<pcl::BadArgumentException>([&] { mapper.run(model); }),
+                  "run() was called before");
+}
+
 TEST(IncrementalMapper, RefusesFramesWithoutADepthView)
 {
   const auto none = [](std::size_t, const SparseModel&) { return std::shared_ptr<DepthView>(); };

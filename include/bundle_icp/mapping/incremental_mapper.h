@@ -83,7 +83,8 @@ public:
                     const MapperOptions& options = {});
   ~IncrementalMapper();
 
-  /** Registers all frames that it can. The largest component is number 0.
+  /** Registers all frames that it can. The largest component is number 0. A mapper runs once.
+   *  \throws pcl::BadArgumentException when it ran before
    *  \return false when `progress` asked to stop; the model is then valid but incomplete. */
   bool
   run(SparseModel& model, const ProgressCallback& progress = {});
