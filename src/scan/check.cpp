@@ -5,6 +5,7 @@
 #include "common/parallel.h"
 #include "refinement/format_text.h"
 #include "refinement/spread.h"
+#include "scan/check_repetitions.h"
 #include "scan/check_together.h"
 #include "scan/read_frame.h"
 
@@ -12,7 +13,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <opencv2/core.hpp>
 
 namespace bundle_icp {
 namespace {
@@ -38,7 +38,7 @@ orderOf(const RGBDDataset& dataset)
 
 /** Three runs of frames at the beginning, in the middle and at the end, at most a fifth of a
  *  second from one to the next: they show all of the recording, and what neighbours share. */
-Sample
+FrameSample
 takeSample(const RGBDDataset& dataset, const CheckOptions& options)
 {
   const std::vector<std::size_t> order = orderOf(dataset);
@@ -53,7 +53,8 @@ takeSample(const RGBDDataset& dataset, const CheckOptions& options)
   const std::size_t step =
       std::clamp<std::size_t>(interval > 0 ? std::size_t(std::min(1e6, 0.2 / interval)) : 1, 1,
                               std::max<std::size_t>(1, most));
-  Sample sample;
+  FrameSample sample;
+  sample.order = order;
   sample.step = step;
   const std::size_t num_runs = number == order.size() ? 1 : std::min<std::size_t>(3, number);
   for (std::size_t run = 0; run < num_runs; ++run) {
@@ -148,7 +149,7 @@ rangeOf(const std::string& sensor)
 }
 
 void
-checkUnits(const Sample& sample, const DepthNoise& noise, std::vector<Finding>& findings)
+checkUnits(const FrameSample& sample, const DepthNoise& noise, std::vector<Finding>& findings)
 {
   std::vector<double> depths, nearest, farthest;
   for (const FrameLook& look : sample.looks)
@@ -190,7 +191,7 @@ checkUnits(const Sample& sample, const DepthNoise& noise, std::vector<Finding>& 
 }
 
 void
-checkFrames(const Sample& sample, std::vector<Finding>& findings)
+checkFrames(const FrameSample& sample, std::vector<Finding>& findings)
 {
   std::vector<double> sharpness;
   for (const FrameLook& look : sample.looks)
@@ -218,92 +219,12 @@ checkFrames(const Sample& sample, std::vector<Finding>& findings)
   });
 }
 
-/** Neighbours that repeat an image bit for bit, in recordings whose reader leaves them in. */
 void
-checkRepetitions(const Sample& sample, std::vector<Finding>& findings)
+checkGaps(const RGBDDataset& dataset, const std::vector<std::size_t>& order,
+          std::vector<Finding>& findings)
 {
-  std::size_t pairs = 0, color = 0, depth = 0;
-  for (std::size_t i = 1; i < sample.looks.size(); ++i) {
-    const FrameLook &look = sample.looks[i], &before = sample.looks[i - 1];
-    if (sample.places[i] != sample.places[i - 1] + 1 || !look.is_read || !before.is_read)
-      continue;
-    ++pairs;
-    const bool same_color = look.color_hash == before.color_hash && look.contrast > 0;
-    const bool same_depth = look.depth_hash == before.depth_hash && look.measured > 0;
-    color += same_color && !same_depth;
-    depth += same_depth && !same_color;
-  }
-  for (const auto& [count, name] :
-       {std::make_pair(color, "colour"), std::make_pair(depth, "depth")})
-    if (count > 1 && 5 * count > pairs)
-      findings.push_back({Severity::WARNING,
-                          "repeated_images",
-                          std::to_string(count) + " of " + std::to_string(pairs) +
-                              " neighbouring frames have the same " + name +
-                              " image, bit for bit, while the other image is new",
-                          {{"share", double(count) / double(pairs)}},
-                          "leave out the repeated images"});
-}
-
-/** Pairs of neighbours whose first measure is far below what is usual, while the second one is as
- *  usual; 0 where these are too few to be more than chance. */
-std::size_t
-countFrozen(const std::vector<double>& staying, const std::vector<double>& moving)
-{
-  constexpr double stays = 0.2, moves = 0.6;
-  std::vector<double> sorted = staying;
-  std::sort(sorted.begin(), sorted.end());
-  const double usual = sorted.empty() ? 0 : sorted[sorted.size() * 9 / 10];
-  std::vector<double> of_frozen, of_others;
-  for (std::size_t i = 0; i < staying.size(); ++i)
-    (staying[i] < stays * usual ? of_frozen : of_others).push_back(moving[i]);
-  const bool is_chance = of_frozen.size() < 3 || 5 * of_frozen.size() < staying.size();
-  return is_chance || medianOf(of_frozen) < moves * medianOf(of_others) ? 0 : of_frozen.size();
-}
-
-/** Neighbours one of whose images stays while the other one moves on as elsewhere: images that were
- *  repeated, and then encoded or filtered anew. */
-void
-checkFrozen(const Sample& sample, std::vector<Finding>& findings)
-{
-  std::vector<double> grey, depth;
-  for (std::size_t i = 1; i < sample.looks.size(); ++i) {
-    const FrameLook &look = sample.looks[i], &before = sample.looks[i - 1];
-    if (sample.places[i] != sample.places[i - 1] + 1 || !look.is_read || !before.is_read ||
-        look.color_hash == before.color_hash || look.depth_hash == before.depth_hash)
-      continue;
-    if (look.depth_edges.empty() || before.depth_edges.empty())
-      continue; // depth of a wall alone stays as it is
-    grey.push_back(cv::mean(cv::abs(look.small_grey - before.small_grey))[0]);
-    depth.push_back(1 - look.depth_edges.dot(before.depth_edges));
-  }
-  // Edges of depth flicker, also where the camera stands still.
-  const double flicker = depth.empty() ? 0 : *std::min_element(depth.begin(), depth.end());
-  std::vector<double> depth_beyond = depth;
-  for (double& change : depth_beyond)
-    change -= flicker;
-  const auto check = [&](const std::vector<double>& staying, const std::string& name,
-                         const std::vector<double>& moving, const std::string& other) {
-    const std::size_t count = countFrozen(staying, moving);
-    if (count > 0)
-      findings.push_back({Severity::FAULT,
-                          "repeated_images",
-                          "in " + std::to_string(count) + " of " + std::to_string(staying.size()) +
-                              " neighbouring frames the " + name +
-                              " image stays as it was while the " + other + " image moves on",
-                          {{"share", double(count) / double(staying.size())}},
-                          "leave out the repeated images"});
-  };
-  check(grey, "colour", depth_beyond, "depth");
-  check(depth, "depth", grey, "colour");
-}
-
-void
-checkGaps(const RGBDDataset& dataset, std::vector<Finding>& findings)
-{
-  if (!dataset.isOrdered() || dataset.size() < 3)
+  if (!dataset.isOrdered() || !dataset.hasTimes() || dataset.size() < 3)
     return;
-  const std::vector<std::size_t> order = orderOf(dataset);
   std::vector<double> steps;
   for (std::size_t i = 1; i < order.size(); ++i)
     steps.push_back(dataset.timestamp(order[i]) - dataset.timestamp(order[i - 1]));
@@ -360,7 +281,7 @@ checkRecording(const RGBDDataset& dataset, const CheckOptions& options)
   if (dataset.size() == 0)
     throw BadArgumentException("checkRecording: the recording has no frame");
   std::vector<Finding> findings = dataset.findings();
-  const Sample sample = takeSample(dataset, options);
+  const FrameSample sample = takeSample(dataset, options);
   checkCamera(dataset.camera(), findings);
   checkUnits(sample, dataset.camera().depth_noise, findings);
   std::vector<DepthNumbers> numbers;
@@ -368,10 +289,9 @@ checkRecording(const RGBDDataset& dataset, const CheckOptions& options)
     numbers.push_back(look.numbers);
   checkNumbers(numbers, findings);
   checkTogether(sample, options.num_threads, findings);
-  checkRepetitions(sample, findings);
-  checkFrozen(sample, findings);
+  checkRepetitions(dataset, sample, options.num_threads, findings);
   checkFrames(sample, findings);
-  checkGaps(dataset, findings);
+  checkGaps(dataset, sample.order, findings);
   predictResources(dataset, findings);
   return findings;
 }

@@ -5,6 +5,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include <algorithm>
+#include <cstring>
 #include <vector>
 
 namespace bundle_icp {
@@ -14,19 +15,6 @@ namespace {
 constexpr float JUMP = 0.06f;
 /** Share of the pixels that must be edges to say something. */
 constexpr double FEWEST_EDGES = 0.005;
-
-std::uint64_t
-hashOf(const cv::Mat& image)
-{
-  std::uint64_t hash = 14695981039346656037u; // FNV-1a over words of 32 bits
-  const int words = int(std::size_t(image.cols) * image.elemSize() / 4);
-  for (int y = 0; y < image.rows; ++y) {
-    const std::uint32_t* const row = image.ptr<std::uint32_t>(y);
-    for (int x = 0; x < words; ++x)
-      hash = (hash ^ row[x]) * 1099511628211u;
-  }
-  return hash;
-}
 
 /** Jumps between neighbours that both have depth, and between the nearest depths around holes. */
 cv::Mat
@@ -84,6 +72,20 @@ lookAtDepth(const cv::Mat& depth, FrameLook& look)
 }
 
 } // namespace
+
+std::uint64_t
+hashOf(const cv::Mat& image)
+{
+  std::uint64_t hash = 14695981039346656037u; // FNV-1a, by words of 32 bits where they fill a row
+  const std::size_t bytes = std::size_t(image.cols) * image.elemSize();
+  for (int y = 0; y < image.rows; ++y)
+    for (std::size_t x = 0; x < bytes; x += sizeof(std::uint32_t)) {
+      std::uint32_t word = 0;
+      std::memcpy(&word, image.ptr(y) + x, std::min(sizeof(word), bytes - x));
+      hash = (hash ^ word) * 1099511628211u;
+    }
+  return hash;
+}
 
 cv::Mat
 normalised(const cv::Mat& image)

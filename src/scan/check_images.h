@@ -28,6 +28,20 @@ struct FrameLook {
   std::uint64_t color_hash = 0, depth_hash = 0; ///< of all bytes
 };
 
+/** The frames that were looked at, in runs of neighbours. */
+struct FrameSample {
+  std::vector<std::size_t> order;  ///< all frames of the recording in the order of time
+  std::vector<std::size_t> places; ///< those of the sample in that order
+  std::vector<std::size_t> frames; ///< their indices
+  std::size_t step = 1;            ///< between the places of a run
+  std::vector<FrameLook> looks;
+  double pixels_per_edge_pixel = 1; ///< width of the images over that of the images of edges
+};
+
+/** Of all bytes of an image. */
+std::uint64_t
+hashOf(const cv::Mat& image);
+
 FrameLook
 lookAt(const RGBDFrame& frame, const CameraIntrinsics& camera);
 

@@ -67,7 +67,7 @@ struct Window {
 /** How much better the depth edges of each frame lie on the colour edges of the frame `shift`
  *  later in its run than on its own. */
 Gain
-gainOfShift(const Sample& sample, const Window& window, std::ptrdiff_t shift)
+gainOfShift(const FrameSample& sample, const Window& window, std::ptrdiff_t shift)
 {
   std::vector<double> gains, there;
   for (std::size_t i = window.begin; i < window.end; ++i) {
@@ -92,7 +92,7 @@ struct Shift {
 
 /** The shift of the largest gain. */
 Shift
-bestShift(const Sample& sample, const Window& window, double min_gain)
+bestShift(const FrameSample& sample, const Window& window, double min_gain)
 {
   Shift best{0, {{0, min_gain, 0}, 0}};
   const auto most = std::ptrdiff_t(window.end - window.begin) - 1;
@@ -107,7 +107,7 @@ bestShift(const Sample& sample, const Window& window, double min_gain)
 }
 
 std::vector<FrameLook>
-withEdges(const Sample& sample)
+withEdges(const FrameSample& sample)
 {
   std::vector<FrameLook> looks;
   for (const FrameLook& look : sample.looks)
@@ -119,7 +119,7 @@ withEdges(const Sample& sample)
 /** Frames with edges that differ from each other: a camera that stands still or comes back shows
  *  one view, however many frames it takes. */
 std::vector<FrameLook>
-differentViews(const Sample& sample)
+differentViews(const FrameSample& sample)
 {
   std::vector<FrameLook> views;
   for (const FrameLook& look : withEdges(sample))
@@ -147,7 +147,7 @@ struct Elsewhere {
 
 /** Depth that lies on the colour of another frame, all the time or in a part of the recording. */
 Elsewhere
-otherMoment(const Sample& sample)
+otherMoment(const FrameSample& sample)
 {
   const std::size_t number = sample.looks.size();
   const Window all{0, number}, halves[] = {{0, number / 2}, {number / 2, number}};
@@ -172,7 +172,7 @@ otherMoment(const Sample& sample)
 
 /** Depth that lies elsewhere on its own colour. */
 Elsewhere
-otherPlace(const Sample& sample, int num_threads)
+otherPlace(const FrameSample& sample, int num_threads)
 {
   const std::vector<FrameLook> views = differentViews(sample);
   if (views.size() < FEWEST_FRAMES)
@@ -212,7 +212,7 @@ shareOfBetterViews(const std::vector<FrameLook>& views)
 }
 
 void
-checkView(const Sample& sample, std::vector<Finding>& findings)
+checkView(const FrameSample& sample, std::vector<Finding>& findings)
 {
   const std::vector<FrameLook> views = differentViews(sample);
   if (views.size() < FEWEST_FRAMES)
@@ -234,7 +234,7 @@ checkView(const Sample& sample, std::vector<Finding>& findings)
 } // namespace
 
 void
-checkTogether(const Sample& sample, int num_threads, std::vector<Finding>& findings)
+checkTogether(const FrameSample& sample, int num_threads, std::vector<Finding>& findings)
 {
   const Elsewhere moment = otherMoment(sample), place = otherPlace(sample, num_threads);
   const Elsewhere& likelier = moment.agreement > place.agreement ? moment : place;

@@ -12,7 +12,7 @@ namespace bundle_icp {
 
 /** A frame in cells of some pixels each. */
 struct FrameCells {
-  cv::Mat depth; ///< CV_32FC1, of one pixel of each cell [m]; 0 where it was not measured
+  cv::Mat depth; ///< CV_32FC1, of one pixel of each cell [m]; NaN where it was not measured
   cv::Mat gray;  ///< CV_32FC1, mean of the cell
   cv::Mat color; ///< CV_8UC3, of twice as many pixels a side
 };

@@ -142,6 +142,52 @@ TEST(CheckRecording, RepeatedImages)
   EXPECT_CONTAINS(worst(scan, "repeated_images").what, "12 of 23 neighbouring frames");
 }
 
+TEST(CheckRecording, RepeatedImagesBetweenTheFramesOfTheSample)
+{
+  struct HalfTheColorRate : SyntheticScan {
+    using SyntheticScan::SyntheticScan;
+    RGBDFrame
+    read(std::size_t index) const override
+    {
+      RGBDFrame frame = SyntheticScan::read(index);
+      frame.color = SyntheticScan::read(index - index % 2).color;
+      return frame;
+    }
+  };
+  SyntheticScanOptions options = smallScan();
+  options.num_frames = 120; // of which every fifth is looked at
+  options.frame_rate = 30;
+  EXPECT_CONTAINS(worst(HalfTheColorRate(options), "repeated_images").what,
+                  "neighbouring frames have the same colour image, bit for bit");
+}
+
+TEST(CheckRecording, GapsAreOfTimesOnly)
+{
+  struct Numbered : ChangedScan {
+    double
+    timestamp(std::size_t index) const override
+    {
+      return double(index < 12 ? index : index + 1000);
+    }
+    bool
+    hasTimes() const override
+    {
+      return has_times;
+    }
+    bool has_times = false;
+  };
+  const auto numGaps = [](const RGBDDataset& dataset) {
+    const std::vector<Finding> findings = checkRecording(dataset);
+    return std::count_if(findings.begin(), findings.end(), [](const Finding& finding) {
+      return finding.what.find("gaps") != std::string::npos;
+    });
+  };
+  Numbered scan;
+  EXPECT_EQ(numGaps(scan), 0);
+  scan.has_times = true;
+  EXPECT_EQ(numGaps(scan), 1);
+}
+
 TEST(CheckRecording, ColourThatStaysWhileDepthMovesOn)
 {
   ChangedScan scan;
