@@ -81,7 +81,15 @@ isSameView(const View& a, const View& b, const DepthNoise& noise)
       ++measured;
       same += isSameDepth(z, other, noise);
     }
-  return 2 * same >= measured;
+  return measured > 0 && 2 * same >= measured;
+}
+
+/** Black frames, as sensors give at their start, show no view. */
+bool
+showsNothing(const View& view)
+{
+  return std::all_of(view.directions.begin(), view.directions.end(),
+                     [](const cv::Mat& directions) { return cv::norm(directions) == 0; });
 }
 
 /** Of frames that show the same view, the first. */
@@ -91,8 +99,9 @@ differentViews(const std::vector<FrameCells>& frames, const DepthNoise& noise)
   std::vector<View> views;
   for (const FrameCells& frame : frames) {
     View view = viewOf(frame);
-    if (std::none_of(views.begin(), views.end(),
-                     [&](const View& other) { return isSameView(other, view, noise); }))
+    if (!showsNothing(view) && std::none_of(views.begin(), views.end(), [&](const View& other) {
+          return isSameView(other, view, noise);
+        }))
       views.push_back(std::move(view));
   }
   return views;

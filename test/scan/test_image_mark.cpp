@@ -46,6 +46,19 @@ TEST(FindImageMark, FindsTextOfAnyColour)
     }
 }
 
+TEST(FindImageMark, ABlackFrameAtTheStartHidesNoMark)
+{
+  ChangedScan scan;
+  scan.change = [](std::size_t index, RGBDFrame& frame) {
+    writeText(frame.color, white, 0.8);
+    if (index == 0) {
+      frame.color.setTo(cv::Scalar::all(0));
+      frame.depth.setTo(NAN);
+    }
+  };
+  EXPECT_FALSE(findStayingPixels(scan, 0).mark.empty());
+}
+
 TEST(FindImageMark, FindsNothingWithoutOne)
 {
   const auto mark = [](const std::function<void(std::size_t, RGBDFrame&)>& change) {
