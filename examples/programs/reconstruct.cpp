@@ -11,6 +11,7 @@
 #include <bundle_icp/reconstruction.h>
 
 #include <boost/algorithm/string.hpp>
+#include <boost/filesystem.hpp>
 #include <boost/program_options.hpp>
 #include <pcl/exceptions.h>
 
@@ -286,6 +287,29 @@ printSummary(const Arguments& arguments, const RGBDDataset& dataset,
   printVerdict(result);
 }
 
+/** Takes the folder of the results away again where a run made it and leaves it empty. */
+class ResultFolder {
+public:
+  explicit ResultFolder(const std::string& folder)
+  : folder_(folder), was_there_(boost::filesystem::exists(folder))
+  {
+    prepareResultFolder(folder);
+  }
+  ~ResultFolder()
+  {
+    boost::system::error_code ignored; // such as that it is not empty
+    if (!was_there_)
+      boost::filesystem::remove(folder_, ignored);
+  }
+  ResultFolder(const ResultFolder&) = delete;
+  ResultFolder&
+  operator=(const ResultFolder&) = delete;
+
+private:
+  const std::string folder_;
+  const bool was_there_;
+};
+
 /** What a run had done when a signal ended it. */
 std::string
 stopMessage(const Arguments& arguments, const ReconstructionResult& result)
@@ -310,7 +334,7 @@ runReconstruction(int argc, char** argv)
       openCalibrated(arguments->scan, arguments->dataset, arguments->calibration,
                      arguments->reconstruction.mapper);
   takeRecordedPoses(arguments->poses, arguments->scan, *dataset, arguments->reconstruction);
-  prepareResultFolder(arguments->output);
+  const ResultFolder result_folder(arguments->output);
   ReconstructionResult result;
   {
     const StopOnSignal stop_on_signal;
