@@ -18,14 +18,14 @@
 
 namespace bundle_icp {
 
-/** The reasons of unregistered frames; frames with the same reason share a line, which names
- *  the first `max_names` of them. */
+/** The reasons of frames without a pose, or without a part in the surface; frames with the same
+ *  reason share a line, which names the first `max_names` of them. */
 inline void
 printReasons(const ReconstructionResult& result, std::size_t max_names)
 {
   std::map<std::string, std::vector<std::string>> frames_of;
   for (const FrameReport& frame : result.frames)
-    if (!frame.registered)
+    if (!frame.registered || !frame.reason.empty())
       frames_of[frame.reason].push_back(frame.name);
   for (const auto& [reason, frames] : frames_of) {
     std::string names;

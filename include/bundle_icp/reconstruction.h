@@ -128,8 +128,9 @@ struct FrameReport : FrameRegistration {
   FrameVerdict verdict = FrameVerdict::LEFT_OUT; ///< what the other frames say of the pose
   std::string doubt;                             ///< why the pose is doubtful
   /** Share of its depth that agrees with what other frames saw there, 0 ... 1; the rest lies in
-   *  space that others looked through, or others' depth lies in space that it looked through. */
-  double depth_agreement = 0;
+   *  space that others looked through, or others' depth lies in space that it looked through. Unset
+   *  when nothing was compared. */
+  std::optional<double> depth_agreement;
   /** Share of its depth that shows something that moves, which the surface leaves out. */
   double moving_share = 0;
 };

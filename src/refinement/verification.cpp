@@ -313,10 +313,11 @@ Verifier::run()
   for (const std::size_t frame : registered_) {
     const DepthAgreement sum = agreement(frame);
     VerifiedFrame& verified = frames_[frame];
-    verified.depth_agreement = sum.compared() > 0 ? sum.agree / sum.compared() : 0;
+    if (sum.compared() > 0)
+      verified.depth_agreement = sum.agree / sum.compared();
     // Its matches may have made it doubtful before its depth was looked at.
     verified.refuted |= verified.verdict == FrameVerdict::DOUBTFUL &&
-                        sum.compared() >= MIN_COMPARED && verified.depth_agreement < MIN_AGREEMENT;
+                        sum.compared() >= MIN_COMPARED && *verified.depth_agreement < MIN_AGREEMENT;
   }
   keepRefutedOfBadScan();
   return frames_;

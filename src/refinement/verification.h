@@ -9,6 +9,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,8 +23,8 @@ struct VerifiedFrame {
    *  scan is not: it is better without a pose. */
   bool refuted = false;
   /** Share of its depth that agrees with what others saw there, of that which agrees or lies in
-   *  front of it, in either direction. */
-  double depth_agreement = 0;
+   *  front of it, in either direction; unset when nothing was compared. */
+  std::optional<double> depth_agreement;
   double displacement = 0; ///< median over its pairs, see displacementByMatches()
 };
 

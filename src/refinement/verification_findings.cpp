@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace bundle_icp {
 namespace {
@@ -27,7 +28,8 @@ constexpr double MAX_GAP = 0.5;
 /** Of the frames with a pose. */
 struct Summary {
   double registered = 0, doubtful = 0, refuted = 0;
-  double agreement = 0, displacement = 0; ///< medians
+  std::optional<double> agreement; ///< median over those that were compared
+  double displacement = 0;         ///< median
 };
 
 Summary
@@ -43,10 +45,12 @@ summarise(const std::vector<VerifiedFrame>& frames)
     summary.refuted += frame.refuted;
     if (frame.refuted)
       continue;
-    agreements.push_back(frame.depth_agreement);
+    if (frame.depth_agreement)
+      agreements.push_back(*frame.depth_agreement);
     displacements.push_back(frame.displacement);
   }
-  summary.agreement = medianOf(agreements);
+  if (!agreements.empty())
+    summary.agreement = medianOf(agreements);
   summary.displacement = medianOf(displacements);
   return summary;
 }
@@ -93,7 +97,8 @@ addFrames(const Summary& summary, std::vector<Finding>& findings)
        : share >= SOME_FRAMES ? Severity::WARNING
                               : Severity::NOTE,
        "doubtful_frames",
-       formatText("the poses of %.0f of %.0f frames are contradicted by other frames",
+       formatText("the poses of %.0f of %.0f frames are contradicted by other frames, or "
+                  "supported by none",
                   summary.doubtful, summary.registered) +
            (summary.refuted > 0 ? formatText(", of which %.0f are left out", summary.refuted) : ""),
        {{"doubtful_frames", summary.doubtful},
@@ -131,15 +136,15 @@ poseFindings(const ImageGraph& graph, const SparseModel& model,
     return findings;
   addFrames(summary, findings);
   addPairs(pairs, findings);
-  if (summary.agreement < MIN_SCAN_AGREEMENT)
+  if (summary.agreement && *summary.agreement < MIN_SCAN_AGREEMENT)
     findings.push_back(
         {Severity::FAULT,
          "contradicting_depth",
          formatText(
              "only %.0f %% of the depth of a typical frame agrees with what other frames saw "
              "there, the rest lies in space that they looked through",
-             100 * summary.agreement),
-         {{"median_agreeing_share", summary.agreement}},
+             100 * *summary.agreement),
+         {{"median_agreeing_share", *summary.agreement}},
          "something moves with the camera or through the scene, or colour and depth do not belong "
          "together: mask it, or record without it"});
   if (summary.displacement > MAX_SCAN_DISPLACEMENT)

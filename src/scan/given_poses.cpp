@@ -65,7 +65,7 @@ placeFrames(const GivenPoses& poses, ReconstructionResult& result)
   }
   result.component_sizes = {placed};
   result.findings.push_back(
-      {Severity::NOTE,
+      {Severity::WARNING,
        "given_poses",
        formatText("%zu of %zu frames have a pose from ", placed, result.frames.size()) +
            poses.source + "; the poses are neither checked nor improved, and the world is theirs",

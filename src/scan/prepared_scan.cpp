@@ -19,7 +19,7 @@
 namespace bundle_icp {
 namespace {
 
-/** FNV-1a over positions and descriptors: frames get an order that follows from their
+/** FNV-1a over positions and depths: frames get an order that follows from their
  *  content, so that a shuffled recording takes the very same path. */
 std::uint64_t
 contentHash(const Features& features)
@@ -114,6 +114,7 @@ PreparedScan::Impl::needCheck(Timing& timing)
     CheckOptions check;
     check.num_threads = options_.num_threads;
     check_findings_ = checkRecording(dataset_.unfiltered(), check);
+    findStaying();
     return true;
   });
   return check_findings_;
@@ -147,7 +148,6 @@ PreparedScan::Impl::findStaying()
 bool
 PreparedScan::Impl::extractAll(const ProgressCallback& progress)
 {
-  findStaying();
   depth_views_.resize(dataset_.size());
   nodes_.resize(dataset_.size());
   const LoopProgress report{"features", progress};

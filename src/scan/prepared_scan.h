@@ -17,7 +17,8 @@ class PreparedScan::Impl {
 public:
   Impl(const RGBDDataset& dataset, const ReconstructionOptions& options);
 
-  /** What is wrong with the recording, from a share of its frames that takes hardly any time. */
+  /** What is wrong with the recording, from a share of its frames that takes hardly any time; and
+   *  what stays in its images, which the frames lose from then on. */
   const std::vector<Finding>&
   needCheck(Timing& timing);
 
@@ -51,7 +52,7 @@ public:
     return frames_;
   }
 
-  /** After needFeatures(): what stays in the image while other things move. */
+  /** After needCheck(): what stays in the image while other things move. */
   const StayingPixels&
   staying() const
   {

@@ -84,6 +84,8 @@ private:
   bool
   makeSurface();
   void
+  addFindings(const std::vector<Finding>& findings);
+  void
   reportFrames(const std::vector<FrameRegistration>& registrations);
   template <class Stage>
   bool
@@ -120,6 +122,11 @@ Reconstruction::run()
     });
   const bool completed =
       has_poses && (!options_.make_mesh || result_.component_sizes.empty() || makeSurface());
+  addFindings(placementFindings(result_));
+  if (has_poses && !options_.poses && isTracking(options_.method))
+    addFindings({trackedFinding(options_.method)});
+  if (!completed)
+    addFindings({stoppedFinding()});
   result_.status = !completed                        ? ReconstructionStatus::STOPPED
                    : result_.component_sizes.empty() ? ReconstructionStatus::NOTHING_REGISTERED
                    : result_.object && !result_.object->is_found ? ReconstructionStatus::NO_OBJECT
@@ -133,6 +140,12 @@ Reconstruction::run()
   return std::move(result_);
 }
 
+void
+Reconstruction::addFindings(const std::vector<Finding>& findings)
+{
+  result_.findings.insert(result_.findings.end(), findings.begin(), findings.end());
+}
+
 /** Runs the shared stages that the method needs. */
 bool
 Reconstruction::prepare()
@@ -142,8 +155,7 @@ Reconstruction::prepare()
       (scan_.needFeatures(progress_, result_.timing_s) &&
        (isTracking(options_.method) || scan_.needGraph(progress_, result_.timing_s)));
   result_.frames = scan_.frames();
-  const std::vector<Finding> staying = stayingFindings(scan_.staying(), options_.moving);
-  result_.findings.insert(result_.findings.end(), staying.begin(), staying.end());
+  addFindings(stayingFindings(scan_.staying(), options_.moving));
   return completed;
 }
 
@@ -183,14 +195,17 @@ Reconstruction::trackFrames()
   const bool completed =
       readInOrder(scan_.dataset(), all, options_.num_threads,
                   [&](std::size_t index, const RGBDFrame& rgbd, const std::string& error) {
-                    result_.frames[index].reason = error;
-                    if (error.empty())
+                    std::string& reason = result_.frames[index].reason;
+                    // A frame whose features failed would be tracked by depth alone.
+                    if (!error.empty() || options_.method == ReconstructionMethod::F2M_ICP)
+                      reason = error;
+                    if (reason.empty())
                       tracked += trackFrame(tracker, index, rgbd);
                     return !progress_ || progress_({"tracking", index + 1, all.size()});
                   });
   if (tracked > 1)
     result_.component_sizes = {tracked};
-  else
+  else if (completed)
     for (FrameReport& frame : result_.frames)
       if (std::exchange(frame.registered, false)) {
         frame.verdict = FrameVerdict::LEFT_OUT;
@@ -248,6 +263,7 @@ Reconstruction::reportFrames(const std::vector<FrameRegistration>& registrations
       frame.reason.clear();
     else if (frame.reason.empty())
       frame.reason = "no registered frame shares enough matches with it";
+    frame.verdict = frame.registered ? FrameVerdict::UNCHECKED : FrameVerdict::LEFT_OUT;
     frame.depth_error = result_.model.depthError(node);
     reportPose(node, result_);
   }
@@ -278,18 +294,15 @@ Reconstruction::verify()
     moving_[result_.frame_of_node[node]] = moving[node].mask;
     result_.frames[result_.frame_of_node[node]].moving_share = moving[node].share;
   }
-  const auto add = [this](const std::vector<Finding>& findings) {
-    result_.findings.insert(result_.findings.end(), findings.begin(), findings.end());
-  };
-  add(verification.findings);
-  add(calibrationFindings(result_.self_calibration, result_.model.calibration(),
-                          scan_.dataset().camera()));
-  add(timeOffsetFindings(result_, has_times));
-  add(stillCameraFindings(result_));
-  add(posePriorFindings(result_.pose_prior));
-  add(movingFindings(result_.frames));
-  add(twoMotionsFindings(*result_.graph));
-  add(sceneFindings(result_));
+  addFindings(verification.findings);
+  addFindings(calibrationFindings(result_.self_calibration, result_.model.calibration(),
+                                  scan_.dataset().camera()));
+  addFindings(timeOffsetFindings(result_, has_times));
+  addFindings(stillCameraFindings(result_));
+  addFindings(posePriorFindings(result_.pose_prior));
+  addFindings(movingFindings(result_.frames));
+  addFindings(twoMotionsFindings(*result_.graph));
+  addFindings(sceneFindings(result_));
 }
 
 bool
@@ -311,6 +324,7 @@ Reconstruction::makeSurface()
         return fuseSurface(scan_.dataset(), options_, moving_, progress_, result_);
       }))
     return false;
+  addFindings(unreadableFindings(result_));
   if (result_.mesh.polygons.empty())
     result_.findings.push_back(emptySurface(options_, result_));
   return true;

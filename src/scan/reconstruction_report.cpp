@@ -29,8 +29,8 @@ toJson(const FrameReport& frame)
   json["verdict"] = toString(frame.verdict);
   if (!frame.doubt.empty())
     json["doubt"] = frame.doubt;
-  if (frame.verdict == FrameVerdict::GOOD || frame.verdict == FrameVerdict::DOUBTFUL)
-    json["depth_agreement"] = frame.depth_agreement;
+  if (frame.depth_agreement)
+    json["depth_agreement"] = *frame.depth_agreement;
   if (frame.moving_share > 0)
     json["moving_share"] = frame.moving_share;
   json["features"] = frame.features;
@@ -232,6 +232,7 @@ makeReport(const RGBDDataset& dataset, const ReconstructionOptions& options,
 {
   Json report{{"version", BUNDLE_ICP_VERSION},
               {"dataset", {{"format", dataset.format()}, {"frames", dataset.size()}}},
+              {"status", toString(result.status)},
               {"verdict", toString(result.verdict())},
               {"findings", Json::array()}};
   for (const Finding& finding : result.findings)

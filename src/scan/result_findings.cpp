@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace bundle_icp {
 namespace {
@@ -80,10 +81,18 @@ stayingFindings(const StayingPixels& staying, MovingPart moving)
   if (is_wanted && !staying.cameraStandsStill())
     findings.push_back(
         {Severity::FAULT, "moving_object",
-         formatText("the camera does not stand still: only %.0f %% of the image stays as it is; "
-                    "poses and surface are those of the surroundings",
-                    100 * staying.share_of_surroundings),
+         (staying.share_of_surroundings > 0
+              ? formatText("the camera does not stand still: only %.0f %% of the image stays as it "
+                           "is",
+                           100 * staying.share_of_surroundings)
+              : "nothing shows that the camera stands still: too few frames, or surroundings too "
+                "plain") +
+             std::string("; poses and surface are those of the surroundings"),
          evidence, "without --moving object"});
+  else if (is_wanted && staying.moving_frames == 0)
+    findings.push_back({Severity::FAULT, "moving_object",
+                        "nothing moves before the camera, which stands still", evidence,
+                        "without --moving object"});
   else if (is_wanted)
     findings.push_back(
         {Severity::NOTE, "moving_object",
@@ -91,9 +100,9 @@ stayingFindings(const StayingPixels& staying, MovingPart moving)
                     "%.0f %% of the image; the surroundings are left out",
                     100 * staying.moving_share),
          evidence, ""});
-  else if (staying.moving_frames > MOST_FRAMES)
+  else if (staying.cameraStandsStill() && staying.moving_frames > 0)
     findings.push_back(
-        {Severity::WARNING, "moving_object",
+        {staying.moving_frames > MOST_FRAMES ? Severity::WARNING : Severity::NOTE, "moving_object",
          formatText("the camera stands still, and something else moves in %.0f %% of the frames, "
                     "in %.0f %% of the image: it is left out of poses and surface",
                     100 * staying.moving_frames, 100 * staying.moving_share),
@@ -216,10 +225,78 @@ sceneFindings(const ReconstructionResult& result)
            ""}};
 }
 
+std::vector<Finding>
+placementFindings(const ReconstructionResult& result)
+{
+  constexpr double most = 0.8, half = 0.5;
+  if (result.component_sizes.empty())
+    return {}; // nothing was registered: that is the status
+  const std::size_t all = result.frames.size(), placed = result.component_sizes.front();
+  const double share = double(placed) / double(all);
+  if (share >= most)
+    return {};
+  const std::size_t elsewhere = std::accumulate(result.component_sizes.begin() + 1,
+                                                result.component_sizes.end(), std::size_t(0));
+  return {{share < half ? Severity::FAULT : Severity::WARNING,
+           "frames_without_pose",
+           formatText("%zu of %zu frames have no pose in the largest world", all - placed, all) +
+               (elsewhere > 0 ? formatText(", %zu of them have one in another", elsewhere) : ""),
+           {{"frames_without_pose", double(all - placed)}, {"share", 1 - share}},
+           "report.json has the reason of each; record again what is missing, slower and with more "
+           "overlap"}};
+}
+
+Finding
+trackedFinding(ReconstructionMethod method)
+{
+  return {Severity::WARNING,
+          "not_verified",
+          "the method " + toString(method) + " tracks frame by frame: nothing verifies its poses",
+          {},
+          "--method bundle_icp verifies them"};
+}
+
+Finding
+stoppedFinding()
+{
+  return {Severity::FAULT,
+          "stopped",
+          "the run was stopped: the result is what there was by then",
+          {},
+          "run it to its end"};
+}
+
+std::vector<Finding>
+unreadableFindings(const ReconstructionResult& result)
+{
+  constexpr double half = 0.5;
+  double registered = 0, lost = 0;
+  for (const FrameReport& frame : result.frames) {
+    registered += frame.registered;
+    lost += frame.registered && !frame.reason.empty();
+  }
+  if (lost == 0)
+    return {};
+  return {{lost < half * registered ? Severity::WARNING : Severity::FAULT,
+           "unreadable_frames",
+           formatText("%.0f of %.0f frames with a pose could not be read for the surface, which is "
+                      "made without them",
+                      lost, registered),
+           {{"frames", lost}},
+           "report.json has the reason of each"}};
+}
+
 Finding
 emptySurface(const ReconstructionOptions& options, const ReconstructionResult& result)
 {
   Finding finding{Severity::FAULT, "empty_surface", "the surface is empty", {}, ""};
+  if (std::all_of(result.frames.begin(), result.frames.end(), [](const FrameReport& frame) {
+        return !frame.registered || !frame.reason.empty();
+      })) {
+    finding.what += ": no frame with a pose could be read";
+    finding.remedy = "report.json has the reason of each";
+    return finding;
+  }
   std::vector<double> depths = featureDepths(result);
   const TSDFOptions& volume = options.volume;
   const auto inside = std::count_if(depths.begin(), depths.end(), [&volume](double depth) {

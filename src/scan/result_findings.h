@@ -35,6 +35,22 @@ stillCameraFindings(const ReconstructionResult& result);
 std::vector<Finding>
 sceneFindings(const ReconstructionResult& result);
 
+/** That many frames have no pose in the largest world. */
+std::vector<Finding>
+placementFindings(const ReconstructionResult& result);
+
+/** That a method that tracks gave the poses, which nothing verifies. */
+Finding
+trackedFinding(ReconstructionMethod method);
+
+/** That the caller stopped the run. */
+Finding
+stoppedFinding();
+
+/** That frames with a pose could not be read again for the surface. */
+std::vector<Finding>
+unreadableFindings(const ReconstructionResult& result);
+
 /** Why there is no surface although one was asked for. */
 Finding
 emptySurface(const ReconstructionOptions& options, const ReconstructionResult& result);

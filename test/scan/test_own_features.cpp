@@ -101,6 +101,16 @@ TEST(OwnFeatures, WrongOnesAreThatFramesReason)
   }
 }
 
+TEST(OwnFeatures, WhereTheyFailNothingIsTrackedByDepthAlone)
+{
+  ReconstructionOptions options = withoutMesh();
+  options.method = ReconstructionMethod::VISUAL_ICP;
+  options.find_features = spoiltInOne([](Features&) { throw std::runtime_error("gone"); });
+  const ReconstructionResult result = reconstruct(Frames(everyFourth()), options);
+  EXPECT_FALSE(result.frames[2].registered);
+  EXPECT_CONTAINS(result.frames[2].reason, "find_features failed: gone");
+}
+
 TEST(OwnFeatures, FramesMayHaveNone)
 {
   const ReconstructionResult result = reconstructWith(spoiltInOne([](Features& f) { f = {}; }));

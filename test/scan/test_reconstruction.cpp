@@ -121,6 +121,9 @@ TEST(Reconstruct, EveryMethodOnTheSamePreparedScan)
     options.method = method;
     const ReconstructionResult result = reconstruct(scan, options);
     EXPECT_EQ(result.status, ReconstructionStatus::COMPLETED) << name;
+    const bool is_verified =
+        method == ReconstructionMethod::BUNDLE_ICP || method == ReconstructionMethod::RGBD_SFM;
+    EXPECT_EQ(result.verdict(), is_verified ? Verdict::GOOD : Verdict::USABLE) << name;
     EXPECT_EQ(result.component_sizes, std::vector<std::size_t>{7}) << name;
     EXPECT_LT(largestError(result), 0.005) << name;
     EXPECT_CONTAINS(reportOf(result, 3).reason, "is truncated");
@@ -227,6 +230,9 @@ TEST(Reconstruct, StopsInEachStageWhenAsked)
         });
     EXPECT_TRUE(stopped) << stage;
     EXPECT_EQ(result.status, ReconstructionStatus::STOPPED) << stage;
+    EXPECT_EQ(result.verdict(), Verdict::DOUBTFUL) << stage;
+    for (const FrameReport& frame : result.frames)
+      EXPECT_EQ(frame.verdict == FrameVerdict::LEFT_OUT, !frame.registered) << stage;
     EXPECT_EQ(result.frames.size(), 4u);
     EXPECT_EQ(result.timing_s.back().first, stage);
   }

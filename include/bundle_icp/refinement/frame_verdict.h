@@ -9,7 +9,7 @@ enum class FrameVerdict {
   LEFT_OUT, ///< it has no pose; FrameRegistration::reason says why
   GOOD,     ///< matches and depth of other frames agree with its pose
   DOUBTFUL, ///< they contradict its pose, or nothing speaks for it
-  UNCHECKED ///< it was tracked or given, and such poses are not verified
+  UNCHECKED ///< it was tracked or given, or the run was stopped: nothing verified its pose
 };
 
 /** Name of a verdict: "left out", "good", "doubtful", "unchecked". */
