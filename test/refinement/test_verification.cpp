@@ -2,6 +2,8 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "refinement/verification.h"
 
+#include "noisy_scan.h"
+
 #include <bundle_icp/graph/features.h>
 #include <bundle_icp/simulation/synthetic_scan.h>
 
@@ -26,12 +28,7 @@ struct VerifiedScan {
   static SyntheticScanOptions
   noisy(std::uint64_t seed)
   {
-    SyntheticScanOptions options = SyntheticScanOptions::fullNoise();
-    options.num_frames = 40;
-    options.frame_rate = 5;
-    options.width = 320;
-    options.height = 240;
-    options.focal_length = 262.5;
+    SyntheticScanOptions options = test::noisyScan(40, 262.5);
     options.seed = seed;
     options.start_time = 3.0 * double(seed);
     return options;

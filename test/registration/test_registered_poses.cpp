@@ -3,6 +3,7 @@
 #include "common/parallel.h"
 #include "registration/frame_registrar.h"
 
+#include "noisy_scan.h"
 #include "scenes.h"
 
 #include <bundle_icp/simulation/synthetic_scan.h>
@@ -57,12 +58,7 @@ struct Evidence {
 void
 registerScan(double texture, double start_time, std::uint64_t seed, Evidence& evidence)
 {
-  SyntheticScanOptions scene = SyntheticScanOptions::fullNoise();
-  scene.num_frames = 80;
-  scene.frame_rate = 5;
-  scene.width = 320;
-  scene.height = 240;
-  scene.focal_length = 262.5;
+  SyntheticScanOptions scene = noisyScan(80, 262.5);
   scene.texture = texture;
   scene.start_time = start_time;
   scene.seed = seed;

@@ -2,6 +2,8 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #pragma once
 
+#include "noisy_scan.h"
+
 #include <bundle_icp/simulation/synthetic_scan.h>
 
 #include <functional>
@@ -13,12 +15,7 @@ namespace bundle_icp::test {
 inline SyntheticScanOptions
 smallScan(std::uint64_t seed = 1)
 {
-  SyntheticScanOptions options = SyntheticScanOptions::fullNoise();
-  options.num_frames = 24;
-  options.frame_rate = 5;
-  options.width = 320;
-  options.height = 240;
-  options.focal_length = 262;
+  SyntheticScanOptions options = noisyScan(24);
   options.seed = seed;
   return options;
 }

@@ -6,6 +6,7 @@
 #include <bundle_icp/reconstruction.h>
 #include <bundle_icp/simulation/synthetic_scan.h>
 
+#include "noisy_scan.h"
 #include "temporary_folder.h"
 
 #include <gtest/gtest.h>
@@ -15,14 +16,9 @@ using namespace bundle_icp;
 namespace {
 
 SyntheticScanOptions
-noisyScan()
+sharpScan()
 {
-  SyntheticScanOptions options = SyntheticScanOptions::fullNoise();
-  options.num_frames = 16;
-  options.frame_rate = 5;
-  options.width = 320;
-  options.height = 240;
-  options.focal_length = 262.5;
+  SyntheticScanOptions options = test::noisyScan(16, 262.5);
   options.blur_fraction = 0;
   options.seed = 3;
   return options;
@@ -65,7 +61,7 @@ TEST(DepthCamera, BesideTheColourCameraIsAsGoodAsRegisteredDepth)
 #ifdef __SANITIZE_ADDRESS__
   GTEST_SKIP() << "too slow with sanitizers";
 #endif
-  SyntheticScanOptions options = noisyScan();
+  SyntheticScanOptions options = sharpScan();
   const Errors registered = errorsOf(options);
   options.depth_offset = {0.03, 0.002, 0};
   options.depth_focal_length = 285;

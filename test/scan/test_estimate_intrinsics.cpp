@@ -3,6 +3,7 @@
 #include <bundle_icp/scan/estimate_intrinsics.h>
 
 #include "messages.h"
+#include "noisy_scan.h"
 #include "temporary_folder.h"
 
 #include <bundle_icp/simulation/synthetic_scan.h>
@@ -20,12 +21,8 @@ namespace {
 SyntheticScanOptions
 scanOf(double focal_length)
 {
-  SyntheticScanOptions options = SyntheticScanOptions::fullNoise();
-  options.num_frames = 24;
+  SyntheticScanOptions options = test::noisyScan(24, focal_length);
   options.frame_rate = 2;
-  options.width = 320;
-  options.height = 240;
-  options.focal_length = focal_length;
   return options;
 }
 

@@ -4,6 +4,8 @@
 #include <bundle_icp/reconstruction.h>
 #include <bundle_icp/simulation/synthetic_scan.h>
 
+#include "noisy_scan.h"
+
 #include <Eigen/Dense>
 #include <gtest/gtest.h>
 
@@ -13,15 +15,10 @@ namespace {
 
 /** With all faults of a camera, at the table and along the walls. */
 SyntheticScan
-noisyScan(std::uint64_t seed)
+scanOf(std::uint64_t seed)
 {
-  SyntheticScanOptions options = SyntheticScanOptions::fullNoise();
+  SyntheticScanOptions options = test::noisyScan(30, 262.5);
   options.seed = seed;
-  options.num_frames = 30;
-  options.frame_rate = 5;
-  options.width = 320;
-  options.height = 240;
-  options.focal_length = 262.5;
   options.start_time = seed % 2 ? 67 : 0;
   return SyntheticScan(options);
 }
@@ -55,7 +52,7 @@ TEST(FinalDeviations, AreThoseOfTheErrors)
   double sum = 0, position = 0, foretold = 0;
   std::size_t count = 0;
   for (const std::uint64_t seed : {1u, 2u, 3u, 4u}) {
-    const SyntheticScan scan = noisyScan(seed);
+    const SyntheticScan scan = scanOf(seed);
     const ReconstructionResult result = posesOf(scan);
     ASSERT_TRUE(result.frames[0].registered);
     EXPECT_EQ(result.frames[0].position_deviation, 0) << "the first frame is the world";

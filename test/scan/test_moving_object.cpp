@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 // A camera that stands still, and what moves before it.
 #include "messages.h"
+#include "noisy_scan.h"
 
 #include <bundle_icp/evaluation/trajectory_error.h>
 #include <bundle_icp/reconstruction.h>
@@ -16,23 +17,11 @@ using namespace bundle_icp;
 
 namespace {
 
-SyntheticScanOptions
-noisyScan()
-{
-  SyntheticScanOptions options = SyntheticScanOptions::fullNoise();
-  options.num_frames = 36;
-  options.frame_rate = 5;
-  options.width = 320;
-  options.height = 240;
-  options.focal_length = 262;
-  return options;
-}
-
 const SyntheticScan&
 turntable()
 {
   static const SyntheticScan scan = [] {
-    SyntheticScanOptions options = noisyScan();
+    SyntheticScanOptions options = test::noisyScan(36);
     options.turntable = true;
     return SyntheticScan(options);
   }();
@@ -118,8 +107,7 @@ TEST(MovingObject, IsLeftOutAndSaidWhereTheSurroundingsAreWanted)
 
 TEST(MovingObject, NeedsACameraThatStandsStill)
 {
-  SyntheticScanOptions options = noisyScan();
-  options.num_frames = 12;
+  SyntheticScanOptions options = test::noisyScan(12);
   const ReconstructionResult result =
       reconstructed(SyntheticScan(options), MovingPart::OBJECT, false);
   const Finding finding = findingOf(result, "moving_object");
@@ -141,8 +129,7 @@ TEST(MovingObject, IsNotForTrackingByDepthAlone)
 
 TEST(StillCamera, IsSaidAndCorrectsNoCalibration)
 {
-  SyntheticScanOptions options = noisyScan();
-  options.num_frames = 16;
+  SyntheticScanOptions options = test::noisyScan(16);
   options.still = true;
   options.focal_error = 0.02;
   const ReconstructionResult result =
@@ -174,8 +161,7 @@ TEST(StillCamera, OfAFrozenRecording)
 
 TEST(StillCamera, IsNotOneThatTurnsOnTheSpot)
 {
-  SyntheticScanOptions options = noisyScan();
-  options.num_frames = 16;
+  SyntheticScanOptions options = test::noisyScan(16);
   options.movement = 0;
   const ReconstructionResult result =
       reconstructed(SyntheticScan(options), MovingPart::CAMERA, false);

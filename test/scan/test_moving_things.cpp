@@ -19,14 +19,10 @@ namespace {
 SyntheticScanOptions
 passingPerson()
 {
-  SyntheticScanOptions options = SyntheticScanOptions::fullNoise();
+  SyntheticScanOptions options = noisyScan(24);
   options.seed = 3;
   options.start_time = 39;
-  options.num_frames = 24;
   options.frame_rate = 6;
-  options.width = 320;
-  options.height = 240;
-  options.focal_length = 262;
   options.person = true;
   return options;
 }

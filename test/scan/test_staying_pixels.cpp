@@ -2,6 +2,8 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "scan/staying_pixels.h"
 
+#include "noisy_scan.h"
+
 #include <bundle_icp/simulation/synthetic_scan.h>
 
 #include <gtest/gtest.h>
@@ -11,15 +13,11 @@ using namespace bundle_icp;
 namespace {
 
 SyntheticScanOptions
-noisyScan(std::uint64_t seed)
+sharpScan(std::uint64_t seed)
 {
-  SyntheticScanOptions options = SyntheticScanOptions::fullNoise();
+  SyntheticScanOptions options = test::noisyScan(24);
   options.seed = seed;
-  options.num_frames = 24;
   options.frame_rate = 4;
-  options.width = 320;
-  options.height = 240;
-  options.focal_length = 262;
   options.blur_fraction = 0;
   return options;
 }
@@ -29,12 +27,12 @@ noisyScan(std::uint64_t seed)
 TEST(FindStayingPixels, FindsTheGripperOnly)
 {
   for (const std::uint64_t seed : {0u, 1u, 2u}) {
-    SyntheticScanOptions options = noisyScan(seed);
+    SyntheticScanOptions options = sharpScan(seed);
     options.gripper = options.person = true;
     const SyntheticScan scan(options);
     const StayingPixels found = findStayingPixels(scan, 0);
     ASSERT_FALSE(found.camera_fixed.empty()) << seed;
-    options = noisyScan(seed);
+    options = sharpScan(seed);
     options.gripper = true;
     options.noise_factor = options.quantisation = options.hole_fraction = 0;
     options.flying_pixels = false;
@@ -53,7 +51,7 @@ TEST(FindStayingPixels, FindsNothingWhereNothingMovesWithTheCamera)
 #endif
   for (const std::uint64_t seed : {0u, 1u, 2u, 3u})
     for (const double start : {0.0, 67.0}) {
-      SyntheticScanOptions options = noisyScan(seed);
+      SyntheticScanOptions options = sharpScan(seed);
       options.start_time = start;
       options.person = seed % 2;
       EXPECT_TRUE(findStayingPixels(SyntheticScan(options), 0).camera_fixed.empty())
@@ -63,7 +61,7 @@ TEST(FindStayingPixels, FindsNothingWhereNothingMovesWithTheCamera)
 
 TEST(FindStayingPixels, ACameraThatStandsStillSeesABackground)
 {
-  SyntheticScanOptions options = noisyScan(0);
+  SyntheticScanOptions options = sharpScan(0);
   options.frame_rate = 1000;
   const StayingPixels found = findStayingPixels(SyntheticScan(options), 0);
   EXPECT_TRUE(found.camera_fixed.empty());
@@ -72,7 +70,7 @@ TEST(FindStayingPixels, ACameraThatStandsStillSeesABackground)
 
 TEST(FindStayingPixels, FewFramesShowNothing)
 {
-  SyntheticScanOptions options = noisyScan(0);
+  SyntheticScanOptions options = sharpScan(0);
   options.gripper = true;
   options.num_frames = 4;
   EXPECT_TRUE(findStayingPixels(SyntheticScan(options), 0).camera_fixed.empty());
