@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "mapping/component_adjustment.h"
 
+#include "common/by_time.h"
 #include "common/parallel.h"
 #include "mapping/frame_motions.h"
 #include "mapping/guided_matching.h"

@@ -2,6 +2,8 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "mapping/frame_motions.h"
 
+#include "common/by_time.h"
+
 #include <Eigen/Dense>
 
 #include <algorithm>
@@ -50,15 +52,6 @@ slope(const std::vector<Sample>& samples)
 }
 
 } // namespace
-
-std::vector<std::size_t>
-byTime(const ImageGraph& graph, std::vector<std::size_t> frames)
-{
-  std::stable_sort(frames.begin(), frames.end(), [&graph](std::size_t a, std::size_t b) {
-    return graph.timestamp(a) < graph.timestamp(b);
-  });
-  return frames;
-}
 
 Pose
 extrapolatedPose(const ImageGraph& graph, const SparseModel& model, std::size_t before,

@@ -6,10 +6,6 @@
 
 namespace bundle_icp {
 
-/** Frames in the order of their time stamps. */
-std::vector<std::size_t>
-byTime(const ImageGraph& graph, std::vector<std::size_t> frames);
-
 /** Pose of `frame` if the camera continues its motion from frame `before` to frame `last`; the pose
  *  of `last` where stamps do not tell how far. */
 Pose

@@ -2,7 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "mapping/prior_motions.h"
 
-#include "mapping/frame_motions.h"
+#include "common/by_time.h"
 #include "refinement/spread.h"
 
 #include <algorithm>

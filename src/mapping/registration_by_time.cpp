@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "mapping/registration_by_time.h"
 
+#include "common/by_time.h"
 #include "mapping/frame_motions.h"
 
 #include <algorithm>

@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "refinement/moving_pixels.h"
 
+#include "common/by_time.h"
 #include "common/parallel.h"
 #include "refinement/pose_evidence.h"
 
@@ -170,9 +171,7 @@ findMovingPixels(const ImageGraph& graph, const SparseModel& model,
   for (std::size_t frame = 0; frame < frames.size(); ++frame)
     if (frames[frame].verdict == FrameVerdict::GOOD)
       good.push_back(frame);
-  std::stable_sort(good.begin(), good.end(), [&graph](std::size_t a, std::size_t b) {
-    return graph.timestamp(a) < graph.timestamp(b);
-  });
+  good = byTime(graph, std::move(good));
   parallelFor(good.size(), num_threads, {},
               [&](std::size_t k) { result[good[k]] = finder.find(good[k]); });
   return result;

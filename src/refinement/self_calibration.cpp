@@ -3,6 +3,7 @@
 #include <bundle_icp/refinement/self_calibration.h>
 
 #include "adjustment/held_back.h"
+#include "common/by_time.h"
 #include "common/parallel.h"
 
 #include <bundle_icp/common/exceptions.h>
@@ -265,10 +266,7 @@ SelfCalibration::fittedFocal(const SparseModel& model,
 WantedFocalLength
 SelfCalibration::wantedFocal(const SparseModel& model) const
 {
-  std::vector<std::size_t> frames = problem_.variable;
-  std::stable_sort(frames.begin(), frames.end(), [this](std::size_t a, std::size_t b) {
-    return graph_.timestamp(a) < graph_.timestamp(b);
-  });
+  const std::vector<std::size_t> frames = byTime(graph_, problem_.variable);
   std::vector<std::vector<std::size_t>> left_out(1); // first none
   for (std::size_t k = 0; k < NUM_PARTS; ++k)
     left_out.emplace_back(frames.begin() + std::ptrdiff_t(k * frames.size() / NUM_PARTS),

@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "refinement/verification.h"
 
+#include "common/by_time.h"
 #include "common/parallel.h"
 #include "refinement/pose_evidence.h"
 #include "refinement/spread.h"
@@ -136,10 +137,7 @@ Verifier::addLink(std::size_t a, std::size_t b, const FramePair* pair, bool comp
 void
 Verifier::makeLinks()
 {
-  registered_ = model_.registeredFrames();
-  std::stable_sort(registered_.begin(), registered_.end(), [this](std::size_t a, std::size_t b) {
-    return graph_.timestamp(a) < graph_.timestamp(b);
-  });
+  registered_ = byTime(graph_, model_.registeredFrames());
   for (std::size_t k = 0; k < registered_.size(); ++k) {
     const std::size_t frame = registered_[k];
     const std::vector<ImageEdge> edges = strongestEdges(frame);

@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "refinement/verification_findings.h"
 
+#include "common/by_time.h"
 #include "refinement/format_text.h"
 #include "refinement/spread.h"
 
@@ -64,9 +65,7 @@ countJumps(const ImageGraph& graph, const SparseModel& model,
   frames.erase(std::remove_if(frames.begin(), frames.end(),
                               [&verified](std::size_t frame) { return verified[frame].refuted; }),
                frames.end());
-  std::stable_sort(frames.begin(), frames.end(), [&graph](std::size_t a, std::size_t b) {
-    return graph.timestamp(a) < graph.timestamp(b);
-  });
+  frames = byTime(graph, std::move(frames));
   std::size_t jumps = 0;
   for (std::size_t k = 1; k + 1 < frames.size(); ++k) {
     const double before = graph.timestamp(frames[k]) - graph.timestamp(frames[k - 1]);

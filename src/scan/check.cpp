@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include <bundle_icp/scan/check.h>
 
+#include "common/by_time.h"
 #include "common/parallel.h"
 #include "refinement/format_text.h"
 #include "refinement/spread.h"
@@ -23,25 +24,12 @@ text(double value, int digits = 3)
   return formatText("%.*g", digits, value);
 }
 
-/** Indices of the frames in the order of their stamps. */
-std::vector<std::size_t>
-orderOf(const RGBDDataset& dataset)
-{
-  std::vector<std::size_t> order(dataset.size());
-  for (std::size_t i = 0; i < order.size(); ++i)
-    order[i] = i;
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return dataset.timestamp(a) < dataset.timestamp(b);
-  });
-  return order;
-}
-
 /** Three runs of frames at the beginning, in the middle and at the end, at most a fifth of a
  *  second from one to the next: they show all of the recording, and what neighbours share. */
 FrameSample
 takeSample(const RGBDDataset& dataset, const CheckOptions& options)
 {
-  const std::vector<std::size_t> order = orderOf(dataset);
+  const std::vector<std::size_t> order = byTime(dataset);
   const double pixels = double(dataset.camera().width) * dataset.camera().height;
   const std::size_t number = std::min(
       order.size(),

@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include <bundle_icp/scan/estimate_intrinsics.h>
 
+#include "common/by_time.h"
 #include "common/parallel.h"
 #include "refinement/focal_length.h"
 #include "refinement/format_text.h"
@@ -11,7 +12,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 namespace bundle_icp {
 namespace {
@@ -40,11 +40,7 @@ startCamera(const CameraIntrinsics& recorded, double field_of_view)
 std::vector<std::size_t>
 sampleFrames(const RGBDDataset& dataset, std::size_t num_frames)
 {
-  std::vector<std::size_t> order(dataset.size());
-  std::iota(order.begin(), order.end(), std::size_t(0));
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return dataset.timestamp(a) < dataset.timestamp(b);
-  });
+  const std::vector<std::size_t> order = byTime(dataset);
   const std::size_t count = std::min(num_frames, order.size());
   const std::size_t length = std::min(RUN_LENGTH, count), runs = count / length;
   const double span = dataset.timestamp(order.back()) - dataset.timestamp(order.front());
