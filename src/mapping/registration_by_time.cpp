@@ -6,7 +6,6 @@
 #include "mapping/frame_motions.h"
 
 #include <algorithm>
-#include <numeric>
 #include <optional>
 
 namespace bundle_icp {
@@ -150,9 +149,7 @@ registerByTime(const ImageGraph& graph, const FrameRegistrar& registrar,
   if (!options.schedule.ordered_in_time ||
       options.registration.method != FrameRegistrationMethod::BUNDLE_ICP)
     return tried;
-  std::vector<std::size_t> all(graph.size());
-  std::iota(all.begin(), all.end(), 0);
-  std::vector<std::size_t> order = byTime(graph, std::move(all));
+  std::vector<std::size_t> order = byTime(graph);
   registerInOrder(graph, registrar, options.num_threads, prior, component, order, model, tried);
   std::reverse(order.begin(), order.end());
   registerInOrder(graph, registrar, options.num_threads, prior, component, order, model, tried);
