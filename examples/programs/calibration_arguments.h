@@ -71,7 +71,9 @@ inline RGBDDataset::Ptr
 openCalibrated(const std::string& scan, DatasetOptions options,
                const CalibrationArguments& arguments, MapperOptions& mapper)
 {
-  const RGBDDataset::Ptr dataset = openRecording(scan, options);
+  if (options.field_of_view) // estimated once: the calibration belongs to that camera
+    options = withEstimatedIntrinsics(scan, options);
+  const RGBDDataset::Ptr dataset = openDataset(scan, options);
   Calibration& calibration = mapper.refinement.calibration;
   if (!arguments.file.empty()) {
     calibration = readCalibration(arguments.file, dataset->camera());
@@ -91,11 +93,7 @@ openCalibrated(const std::string& scan, DatasetOptions options,
   if (calibration.depth_scale == 1)
     return dataset;
   options.depth_factor = calibration.depth_scale;
-  if (options.field_of_view) { // estimated once: the calibration belongs to that camera
-    options.intrinsics = dataset->camera();
-    options.field_of_view.reset();
-  }
-  return openRecording(scan, options);
+  return openDataset(scan, options);
 }
 
 } // namespace bundle_icp

@@ -162,9 +162,9 @@ estimateIntrinsics(const RGBDDataset& dataset, const IntrinsicsEstimateOptions& 
   return estimate;
 }
 
-RGBDDataset::Ptr
-openWithEstimatedIntrinsics(const std::string& path, DatasetOptions options,
-                            const IntrinsicsEstimateOptions& estimate_options)
+DatasetOptions
+withEstimatedIntrinsics(const std::string& path, DatasetOptions options,
+                        const IntrinsicsEstimateOptions& estimate_options)
 {
   options.intrinsics.reset();
   options.field_of_view = estimate_options.field_of_view;
@@ -176,7 +176,15 @@ openWithEstimatedIntrinsics(const std::string& path, DatasetOptions options,
                  estimate_options.field_of_view * 180 / M_PI);
   options.findings.insert(options.findings.end(), estimate.findings.begin(),
                           estimate.findings.end());
-  return openDataset(path, options);
+  options.field_of_view.reset();
+  return options;
+}
+
+RGBDDataset::Ptr
+openWithEstimatedIntrinsics(const std::string& path, const DatasetOptions& options,
+                            const IntrinsicsEstimateOptions& estimate_options)
+{
+  return openDataset(path, withEstimatedIntrinsics(path, options, estimate_options));
 }
 
 } // namespace bundle_icp

@@ -151,6 +151,16 @@ TEST_F(ReconstructCalibration, AKnownDistanceScalesTheTrajectory)
   EXPECT_NEAR(extent(trajectory()), before, 2e-3 * before);
 }
 
+TEST_F(ReconstructCalibration, AKnownDistanceKeepsWhatWasEstimated)
+{
+  simulate("7");
+  run({"--intrinsics", "estimate", "--known-distance", "1,1.05"});
+  std::string kinds;
+  for (const auto& finding : report()["findings"])
+    kinds += finding["kind"].get<std::string>() + " ";
+  EXPECT_CONTAINS(kinds, "estimated_intrinsics");
+}
+
 TEST_F(ReconstructCalibration, RefusesBadFiles)
 {
   recordings::writeTum(scan, 3, {320, 240});

@@ -108,6 +108,27 @@ TEST(EstimateIntrinsics, OpensARecordingWithoutIntrinsics)
   EXPECT_CONTAINS(all, "the focal length was estimated");
 }
 
+TEST(EstimateIntrinsics, OptionsServeToOpenSeveralTimes)
+{
+  const TemporaryFolder folder;
+  SyntheticScanWriteOptions write;
+  write.surface_spacing = 0;
+  const std::string place = folder.path("scan");
+  writeSyntheticScan(SyntheticScan(scanOf(230)), place, write);
+  IntrinsicsEstimateOptions few;
+  few.num_frames = 3;
+  DatasetOptions options = withEstimatedIntrinsics(place, {}, few);
+  EXPECT_FALSE(options.field_of_view);
+  options.depth_factor = 1.01;
+  const RGBDDataset::Ptr dataset = openDataset(place, options);
+  EXPECT_EQ(dataset->camera().fx, options.intrinsics->fx);
+  std::string all;
+  for (const Finding& finding : dataset->findings())
+    all += finding.what + "\n";
+  EXPECT_CONTAINS(all, "from an estimate that started at a field of view of 60 degrees");
+  EXPECT_CONTAINS(all, "do not determine the focal length");
+}
+
 TEST(EstimateIntrinsics, RefusesInvalidOptions)
 {
   const auto message = [](const IntrinsicsEstimateOptions& options) {

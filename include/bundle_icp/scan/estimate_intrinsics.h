@@ -48,11 +48,19 @@ struct IntrinsicsEstimate {
 BUNDLE_ICP_EXPORT IntrinsicsEstimate
 estimateIntrinsics(const RGBDDataset& dataset, const IntrinsicsEstimateOptions& options = {});
 
+/** Options with estimated intrinsics and what there is to say of them, for openDataset(): a
+ *  recording that is opened several times is estimated once. Intrinsics of the recording and of
+ *  `options` are ignored.
+ *  \throws as openDataset() and estimateIntrinsics(). */
+BUNDLE_ICP_EXPORT DatasetOptions
+withEstimatedIntrinsics(const std::string& path, DatasetOptions options = {},
+                        const IntrinsicsEstimateOptions& estimate_options = {});
+
 /** Opens a recording with estimated intrinsics. Those of the recording are ignored;
  *  RGBDDataset::findings() say what was estimated.
  *  \throws as openDataset() and estimateIntrinsics(). */
 BUNDLE_ICP_EXPORT RGBDDataset::Ptr
-openWithEstimatedIntrinsics(const std::string& path, DatasetOptions options = {},
+openWithEstimatedIntrinsics(const std::string& path, const DatasetOptions& options = {},
                             const IntrinsicsEstimateOptions& estimate_options = {});
 
 } // namespace bundle_icp
