@@ -241,6 +241,46 @@ TEST(SevenScenesDataset, LeavesOtherCamerasAlone)
   EXPECT_EQ(cv::norm(dataset->read(0).color, recordings::color(0, size), cv::NORM_INF), 0);
 }
 
+TEST(SevenScenesDataset, WarpsNothingOfOthersWithTheSameIntrinsics)
+{
+  const TemporaryFolder folder;
+  const cv::Size size(640, 480);
+  const auto is_warped = [&](const DatasetOptions& options = {}) {
+    const auto dataset = openDataset(folder.path(), options);
+    bool is_said = false;
+    for (const Finding& finding : dataset->findings())
+      is_said = is_said || finding.what.find("colour is warped") != std::string::npos;
+    const double change =
+        cv::norm(dataset->read(0).color, recordings::color(0, size), cv::NORM_INF);
+    EXPECT_EQ(is_said, change > 0);
+    return is_said;
+  };
+  recordings::writeSevenScenesFrame(folder.path(), 0, recordings::color(0, size),
+                                    recordings::depth(1000, size));
+  writeText(folder.path("camera-intrinsics.txt"), "585 0 320\n0 585 240\n0 0 1\n");
+  EXPECT_TRUE(is_warped());
+  DatasetOptions options;
+  options.depth_factor = 1.01; // a correction of millimetres
+  EXPECT_TRUE(is_warped(options));
+  options.depth_scale = 5000;
+  EXPECT_FALSE(is_warped(options));
+  boost::filesystem::remove(folder.path("frame-000000.pose.txt"));
+  EXPECT_FALSE(is_warped());
+}
+
+TEST(SevenScenesDataset, RefusesToWarpByDepthOfFloats)
+{
+  const TemporaryFolder folder;
+  const cv::Size size(640, 480);
+  recordings::writeSevenScenesFrame(folder.path(), 0, recordings::color(0, size),
+                                    recordings::depth(1000, size));
+  recordings::writeImage(folder.path("depth.tiff"), cv::Mat(size, CV_32FC1, cv::Scalar(1.5)));
+  boost::filesystem::rename(folder.path("depth.tiff"), folder.path("frame-000000.depth.png"));
+  const auto dataset = openDataset(folder.path());
+  EXPECT_CONTAINS(messageOf<pcl::IOException>([&] { dataset->read(0); }),
+                  "frame-000000.depth.png: depth of floats");
+}
+
 TEST(SevenScenesDataset, NumbersMayHaveGaps)
 {
   const TemporaryFolder folder;

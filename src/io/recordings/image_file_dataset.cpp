@@ -20,6 +20,7 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include <cmath>
 #include <random>
 
 namespace bundle_icp {
@@ -53,8 +54,7 @@ public:
                    const DatasetOptions& options)
   : recording_(std::move(recording)), recorded_(recorded), camera_(recorded.color.undistorted()),
     undistort_depth_(options.undistort_depth && !recorded.depth),
-    warps_color_(recording_.is_seven_scenes && !recorded.depth &&
-                 isSevenScenesDepthCamera(recorded.color))
+    warps_color_(recording_.is_seven_scenes)
   {
     if (options.shuffle_seed)
       shuffle(recording_.frames, *options.shuffle_seed);
@@ -182,6 +182,8 @@ ImageFileDataset::read(std::size_t index) const
   cv::Mat color = images.color, depth = images.depth;
   cv::Mat left_out = readLeftOut(recorded, color.size());
   if (warps_color_) {
+    if (depth.type() != CV_16UC1)
+      throw IOException(recorded.depth_file + ": depth of floats, where 7-Scenes has millimetres");
     color = warpSevenScenesColor(color, depth);
     if (!left_out.empty())
       left_out = warpSevenScenesColor(left_out, depth) >= 128; // a mask belongs to colour
@@ -232,6 +234,24 @@ sayAssumptions(const RecordedCameras& cameras, const DatasetOptions& options, Re
   for (const std::vector<Finding>& more : {describeCameras(cameras, recording), options.findings})
     notes.insert(notes.end(), more.begin(), more.end());
   recording.findings.insert(recording.findings.begin(), notes.begin(), notes.end());
+}
+
+// Colour is warped only for the cameras of 7-Scenes themselves, and with depth in millimetres.
+void
+decideWarp(const RecordedCameras& cameras, const DatasetOptions& options, Recording& recording)
+{
+  const double units = recording.depth_scale * options.depth_factor;
+  recording.is_seven_scenes = recording.is_seven_scenes && !cameras.depth &&
+                              std::abs(units - 1000) < 1e-6 &&
+                              isSevenScenesDepthCamera(cameras.color);
+  if (recording.is_seven_scenes)
+    recording.findings.push_back(
+        {Severity::NOTE,
+         "color_and_depth",
+         "colour is warped into the depth camera, since the camera is that of 7-Scenes, whose "
+         "colour camera is 25 mm beside it",
+         {},
+         ""});
 }
 
 // A calibration file that cannot be read does no harm where the options say what the camera is.
@@ -303,6 +323,7 @@ makeImageFileDataset(Recording recording, const std::string& folder, const Datas
   if (options.depth_camera)
     takeDepthCamera(*options.depth_camera, recording);
   const RecordedCameras cameras = findCameras(recording, folder, options);
+  decideWarp(cameras, options, recording);
   sayAssumptions(cameras, options, recording);
   if (options.use_masks)
     pairMasks(folder, options.max_time_difference, recording);

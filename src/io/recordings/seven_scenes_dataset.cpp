@@ -91,9 +91,9 @@ findCalibration(const std::string& folder, Recording& recording)
 {
   if (readSensorInfo(folder, recording)) {
     recording.format = "ScanNet";
-    recording.is_seven_scenes = false;
     return;
   }
+  recording.is_seven_scenes = isOfSevenScenes(folder, recording);
   // 3DMatch keeps one file for all runs of a scene, in the folder above them.
   const fs::path absolute = fs::canonical(folder);
   for (const fs::path& place : {absolute, absolute.parent_path()}) {
@@ -109,7 +109,7 @@ findCalibration(const std::string& folder, Recording& recording)
     recording.intrinsics_source = file.string();
   }
   if (!recording.intrinsics && !readCalibrationFile(folder, recording) &&
-      isOfSevenScenes(folder, recording)) {
+      recording.is_seven_scenes) {
     recording.intrinsics = parseIntrinsics("585,585,320,240");
     recording.intrinsics->width = 640;
     recording.intrinsics->height = 480;
@@ -146,7 +146,6 @@ readSevenScenesFolder(const std::string& folder, const DatasetOptions&)
 {
   Recording recording;
   recording.format = "7-Scenes";
-  recording.is_seven_scenes = true;
   recording.depth_scale = 1000;
   recording.depth_scale_source = "the format (7-Scenes)";
   collectFrames(folder, recording);
