@@ -26,7 +26,7 @@ public:
     pcl::PolygonMesh mesh;
     for (const Element& element : readHeader()) {
       if (element.name == "vertex")
-        declareFields(element, mesh.cloud);
+        has_color_ = declareFields(element, mesh.cloud);
       for (std::size_t i = 0; i < element.count; ++i)
         readItem(element, mesh);
     }
@@ -49,6 +49,7 @@ private:
     std::string name;
     Read read = nullptr, read_count = nullptr; ///< null but for lists
     int color_shift = -1;                      ///< in a packed colour; -1 = a field of its own
+    bool is_packed_color = false;              ///< an integer that is a colour by itself
   };
 
   struct Element {
@@ -67,7 +68,9 @@ private:
       std::istringstream words = readLine();
       words >> word;
       if (word == "format")
-        words >> format_;
+        format_ = readFormat(words);
+      else if (word == "element" && format_.empty())
+        throw std::runtime_error("its header names no format");
       else if (word == "element") {
         elements.emplace_back();
         words >> elements.back().name >> elements.back().count;
@@ -81,6 +84,16 @@ private:
       if (element.properties.empty() && element.count > 0)
         throw std::runtime_error("its header is damaged");
     return elements;
+  }
+
+  static std::string
+  readFormat(std::istringstream& words)
+  {
+    std::string format;
+    words >> format;
+    if (format != "ascii" && format != "binary_little_endian" && format != "binary_big_endian")
+      throw std::runtime_error("unknown format '" + format + "'");
+    return format;
   }
 
   Property
@@ -99,6 +112,8 @@ private:
     static const std::map<std::string, int> shifts{{"red", 16}, {"green", 8}, {"blue", 0}};
     if (const auto found = shifts.find(property.name); found != shifts.end())
       property.color_shift = found->second;
+    const bool is_float = type.compare(0, 5, "float") == 0 || type.compare(0, 6, "double") == 0;
+    property.is_packed_color = !is_float && (property.name == "rgb" || property.name == "rgba");
     return property;
   }
 
@@ -127,8 +142,9 @@ private:
     return format_ == "ascii" ? &PlyReader::text : found->second;
   }
 
-  /** A field of 32 bits for each number, one for the colour. */
-  static void
+  /** A field of 32 bits for each number, one for the colour.
+   *  \return whether there is a colour of red, green and blue. */
+  static bool
   declareFields(const Element& vertex, pcl::PCLPointCloud2& cloud)
   {
     const auto add = [&cloud](const std::string& name) {
@@ -151,6 +167,7 @@ private:
     }
     if (has_color)
       add("rgb");
+    return has_color;
   }
 
   void
@@ -168,11 +185,14 @@ private:
       else if (const double value = (this->*property.read)(); is_vertex) {
         if (property.color_shift >= 0)
           color |= std::uint32_t(value > 0 ? std::min(value, 255.0) : 0.0) << property.color_shift;
+        else if (property.is_packed_color)
+          append(value >= -2147483648.0 && value < 4294967296.0 ? std::uint32_t(std::int64_t(value))
+                                                                : std::uint32_t(0));
         else
           append(float(value));
       }
     }
-    if (is_vertex && !mesh.cloud.fields.empty() && mesh.cloud.fields.back().name == "rgb")
+    if (is_vertex && has_color_)
       append(color);
   }
 
@@ -233,6 +253,7 @@ private:
 
   const char *next_, *const end_;
   std::string format_;
+  bool has_color_ = false; ///< the vertices' cloud ends with a packed colour
 };
 
 } // namespace

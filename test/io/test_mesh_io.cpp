@@ -157,6 +157,9 @@ TEST(MeshIO, DamagedFilesAreRefusedWithTheReason)
                   "header is damaged");
   EXPECT_CONTAINS(refusal("ply\nformat ascii 1.0\nelement vertex 9999999999\nend_header\n"),
                   "header is damaged");
+  EXPECT_CONTAINS(refusal("ply\nformat binary 1.0\nelement vertex 0\nend_header\n"),
+                  "unknown format 'binary'");
+  EXPECT_CONTAINS(refusal("ply\nelement vertex 0\nend_header\n"), "header names no format");
   EXPECT_CONTAINS(refusal(start + "property half y\nend_header\n"), "unknown type 'half'");
   EXPECT_CONTAINS(refusal(start + "end_header\n1\n"), "truncated");
   EXPECT_CONTAINS(refusal(start + "end_header\n1\nx\n"), "a number is missing");
@@ -397,4 +400,25 @@ TEST(MeshIO, ColoursBeyondAByteAreCutToOne)
   EXPECT_EQ(colorOf(0), (std::vector<int>{255, 255, 255}));
   EXPECT_EQ(colorOf(1), (std::vector<int>{0, 0, 0}));
   EXPECT_EQ(colorOf(2), (std::vector<int>{0, 7, 8}));
+}
+
+TEST(MeshIO, ReadsAColourThatIsOneNumber)
+{
+  const TemporaryFolder folder;
+  const std::string start = "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\n"
+                            "property float y\nproperty float z\nproperty ";
+  // 0x0a141e in either type.
+  for (const std::string& rgb :
+       {std::string("uint rgb|660510"), std::string("float rgb|9.2557e-40")}) {
+    const std::size_t bar = rgb.find('|');
+    const std::string number = rgb.substr(bar + 1);
+    writeText(folder.path("points.ply"), start + rgb.substr(0, bar) + "\nend_header\n0 0 1 " +
+                                             number + "\n0 1 2 " + number + "\n");
+    pcl::PointCloud<pcl::PointXYZRGB> points;
+    pcl::fromPCLPointCloud2(readMesh(folder.path("points.ply")).cloud, points);
+    ASSERT_EQ(points.size(), 2u) << rgb;
+    EXPECT_EQ(points[1].getVector3fMap(), Eigen::Vector3f(0, 1, 2)) << rgb;
+    EXPECT_EQ(int(points[1].r), 10) << rgb;
+    EXPECT_EQ(int(points[1].g), 20) << rgb;
+  }
 }
