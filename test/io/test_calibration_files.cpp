@@ -187,6 +187,27 @@ TEST_F(CalibrationFiles, Utf16AndByteOrderMarks)
                                           "600.5 601 320.25 240\n"));
 }
 
+TEST_F(CalibrationFiles, TextOfNumbers)
+{
+  expectLens(readGood("intrinsics.txt", "600.5 601 320.25 240 0.1 -0.2 0.001 0.002 0.03\n"));
+  expectCamera(readGood("intrinsics.txt", "# fx 0 cx\n600.5 0 320.25\n0 601 240\n0 0 1\n"));
+  expectCamera(readGood("intrinsic.txt",
+                        "600.5 0 320.25 0\ndepth_scale 5000\n0 601 240 0\n0 0 1 0\n0 0 0 1\n"));
+  const auto expect = [](const std::string& text, const std::string& part) {
+    EXPECT_CONTAINS(fault("intrinsics.txt", text), part);
+  };
+  const std::string line = "600.5 601 320.25 240\n", matrix = "600 0 320\n0 601 240\n0 0 1\n";
+  expect(line + line, "intrinsics.txt:2: a second line of numbers");
+  expect(line + "depth_scale 1000\n\n500 500 320 240 0 0 0 0 0\n", "intrinsics.txt:4: a second");
+  expect(line + matrix, "intrinsics.txt:2: a second line of numbers");
+  expect(matrix + line, "intrinsics.txt:4: does not belong to the matrix above");
+  expect(matrix + matrix, "intrinsics.txt:4: does not belong to the matrix above");
+  expect("600 0 320\n" + line + matrix, "intrinsics.txt:2: does not belong to the matrix above");
+  expect("600 0 320\n0 601 240\n", "intrinsics.txt:1: expected fx fy cx cy");
+  expect("600 601 320 240 7\n", "intrinsics.txt:1: expected fx fy cx cy");
+  expect("600 0 320\n0 601 240\n0 0 2\n", "expected a matrix fx 0 cx, 0 fy cy, 0 0 1");
+}
+
 TEST_F(CalibrationFiles, YamlOfRos)
 {
   const std::string calibrator = "image_width: 640\nimage_height: 480\ncamera_name: rgb\n"

@@ -25,7 +25,8 @@ CameraIntrinsics
 fromMatrix(const std::vector<double>& values, const std::string& path)
 {
   const std::size_t width = values.size() == 16 ? 4 : 3;
-  if (values.size() != width * width || values[1] != 0 || values[width] != 0)
+  if (values.size() != width * width || values[1] != 0 || values[width] != 0 ||
+      values[2 * width] != 0 || values[2 * width + 1] != 0 || values[2 * width + 2] != 1)
     throw IOException(path + ": expected a matrix fx 0 cx, 0 fy cy, 0 0 1");
   CameraIntrinsics camera;
   camera.fx = values[0];
@@ -68,33 +69,53 @@ readNamedLine(const std::string& name, const TextLine& line, const std::string& 
     throw IOException(where + ": expected depth_intrinsics fx fy cx cy [k1 k2 p1 p2 k3]");
 }
 
-/** A line `fx fy cx cy [k1 k2 p1 p2 k3]` or three lines of a matrix, and lines `depth_scale`,
- *  `depth_intrinsics` and `depth_to_color`. */
+/** Takes what all lines of numbers together say: `fx fy cx cy [k1 k2 p1 p2 k3]`, or a matrix of 3x3
+ *  or 4x4. */
+void
+takeIntrinsics(const std::vector<TextLine>& lines, const std::string& path, Recording& recording)
+{
+  const auto where = [&path](const TextLine& line) {
+    return path + ":" + std::to_string(line.number) + ": ";
+  };
+  const std::vector<double> first = parseNumbers(lines[0], path);
+  const std::size_t width = first.size();
+  if (width == 9 || (width == 4 && first[1] != 0)) {
+    if (lines.size() > 1)
+      throw IOException(where(lines[1]) + "a second line of numbers; expected one line fx fy cx cy "
+                                          "[k1 k2 p1 p2 k3], or a matrix");
+    recording.intrinsics = fromWords(lines[0]);
+    return;
+  }
+  const std::size_t height = width == 4 ? 4 : 3;
+  if (width != height || lines.size() < height)
+    throw IOException(where(lines[0]) + "expected fx fy cx cy [k1 k2 p1 p2 k3], a matrix of 3x3 or "
+                                        "4x4, or depth_scale UNITS_PER_METRE");
+  std::vector<double> matrix;
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    const std::vector<double> row = parseNumbers(lines[i], path);
+    if (row.size() != width || i >= height)
+      throw IOException(where(lines[i]) + "does not belong to the matrix above");
+    matrix.insert(matrix.end(), row.begin(), row.end());
+  }
+  recording.intrinsics = fromMatrix(matrix, path);
+}
+
+/** Intrinsics, and lines `depth_scale`, `depth_intrinsics` and `depth_to_color`. */
 void
 readText(const std::string& path, Recording& recording)
 {
-  std::vector<double> matrix;
+  std::vector<TextLine> numbers;
   for (TextLine line : readTextLines(path)) {
     const std::string name = line.words[0];
     if (name == "depth_scale" || name == "depth_intrinsics" || name == "depth_to_color") {
       line.words.erase(line.words.begin());
       readNamedLine(name, line, path, recording);
-      continue;
     }
-    const std::vector<double> values = parseNumbers(line, path);
-    if (values.size() == 3 && matrix.size() < 9)
-      matrix.insert(matrix.end(), values.begin(), values.end());
-    else if (values.size() == 4 || values.size() == 9)
-      recording.intrinsics = fromWords(line);
     else
-      throw IOException(path + ":" + std::to_string(line.number) +
-                        ": expected fx fy cx cy [k1 k2 p1 p2 k3] or depth_scale "
-                        "UNITS_PER_METRE");
+      numbers.push_back(std::move(line));
   }
-  if (matrix.size() == 9)
-    recording.intrinsics = fromMatrix(matrix, path);
-  else if (!matrix.empty())
-    throw IOException(path + ":1: expected fx fy cx cy [k1 k2 p1 p2 k3] or a matrix of 3x3");
+  if (!numbers.empty())
+    takeIntrinsics(numbers, path, recording);
 }
 
 /** Reads a file by its extension. */
