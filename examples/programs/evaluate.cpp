@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 //
 // Measures a trajectory, and optionally a mesh, against the truth.
+#include "estimated_truth.h"
 #include "evaluation_figures.h"
 #include "program.h"
 
@@ -55,6 +56,7 @@ constexpr std::size_t FEWEST_POINTS = 100;
 struct Truth {
   Trajectory trajectory;
   std::vector<double> frames; // stamps of all frames; empty = unknown
+  std::string warning;        // why the poses are no measured truth; empty = they are
 };
 
 po::options_description
@@ -119,7 +121,7 @@ parse(int argc, char** argv)
                  "ATE after rigid alignment without scale, and RPE, as defined by the TUM RGB-D "
                  "benchmark.\n"
                  "GROUNDTRUTH: trajectory in TUM format, or the folder of a recording with "
-                 "poses.\n"
+                 "poses\n(of poses that a device estimated a warning says so).\n"
                  "TRAJECTORY: estimated poses in TUM format (timestamp tx ty tz qx qy qz qw).\n"
                  "Exit code 3: figures rest on so little that they say next to nothing; a warning "
                  "tells why.\n\n"
@@ -158,6 +160,8 @@ readTruthFolder(const std::string& folder)
                            firstBadPose(dataset->skipped()));
   for (std::size_t i = 0; i < dataset->size(); ++i)
     truth.frames.push_back(dataset->timestamp(i));
+  if (const std::string what = estimatedTruth(*dataset); !what.empty())
+    truth.warning = folder + ": " + what;
   return truth;
 }
 
@@ -256,7 +260,7 @@ Evaluation
 evaluate(const Arguments& arguments)
 {
   Truth truth = fs::is_directory(arguments.truth) ? readTruthFolder(arguments.truth)
-                                                  : Truth{readTrajectory(arguments.truth), {}};
+                                                  : Truth{readTrajectory(arguments.truth), {}, ""};
   if (!arguments.frames.empty())
     truth.frames = readTimestamps(arguments.frames);
   const Trajectory estimate = readTrajectory(arguments.trajectory);
@@ -274,6 +278,9 @@ evaluate(const Arguments& arguments)
   result.all_pairs = relative(RelativePoseInterval::ALL_PAIRS);
   if (!arguments.mesh.empty())
     result.surface = meshError(arguments, result.absolute.truth_from_estimate, result.warnings);
+  result.say_little = !result.warnings.empty();
+  if (!truth.warning.empty())
+    result.warnings.push_back(truth.warning);
   return result;
 }
 
@@ -292,7 +299,7 @@ runEvaluation(int argc, char** argv)
   std::fflush(stdout); // before the warnings, where both go to one place
   for (const std::string& warning : evaluation.warnings)
     std::fprintf(stderr, "bundle_icp_evaluate: warning: %s\n", printable(warning).c_str());
-  return evaluation.warnings.empty() ? 0 : DOUBTFUL_FIGURES;
+  return evaluation.say_little ? DOUBTFUL_FIGURES : 0;
 }
 
 } // namespace

@@ -21,7 +21,8 @@ struct Evaluation {
   AbsoluteTrajectoryError absolute;
   std::optional<RelativePoseError> frame, second, all_pairs;
   std::optional<SurfaceError> surface;
-  std::vector<std::string> warnings; ///< why figures say little
+  std::vector<std::string> warnings; ///< why figures say little, or compare with no truth
+  bool say_little = false;
 };
 
 inline nlohmann::ordered_json

@@ -117,6 +117,28 @@ TEST_F(EvaluateProgram, TakesARecordingAsTruth)
   EXPECT_CONTAINS(error({place, estimate}), "groundtruth.txt:1: 'nan' is not a finite");
 }
 
+TEST_F(EvaluateProgram, PosesThatADeviceEstimatedAreNoTruth)
+{
+  const std::string place = folder.path("scan");
+  recordings::writeOpen3d(place, 8); // as ScanNet's exporters write it
+  writeText(place + "/intrinsic/intrinsic_color.txt", "60 0 32 0\n0 60 24 0\n0 0 1 0\n0 0 0 1\n");
+  for (int i = 0; i < 8; ++i) {
+    larger[i].timestamp = i / 30.0;
+    writeText(place + "/pose/" + std::to_string(i) + ".txt",
+              "1 0 0 " + std::to_string(std::cos(i)) + "\n0 1 0 " + std::to_string(std::sin(i)) +
+                  "\n0 0 1 0\n0 0 0 1\n");
+  }
+  writeTrajectory(estimate, {larger.begin(), larger.begin() + 8});
+  const ProgramResult table = run({place, estimate}), result = run({place, estimate, "--json"});
+  EXPECT_EQ(table.exit_code, 0); // the figures say what they say
+  EXPECT_CONTAINS(table.err, "warning: " + place +
+                                 ": the poses of the recording are those that "
+                                 "BundleFusion estimated, not measured truth");
+  const auto json = nlohmann::json::parse(result.out);
+  ASSERT_EQ(json["warnings"].size(), 1u);
+  EXPECT_CONTAINS(json["warnings"][0].get<std::string>(), "BundleFusion estimated");
+}
+
 TEST_F(EvaluateProgram, ComparesMeshesAfterAlignment)
 {
   // The mesh, a square, is in a world 0.5 m away from that of the truth.

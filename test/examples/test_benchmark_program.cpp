@@ -83,6 +83,25 @@ TEST_F(BenchmarkProgram, TabulatesCurves)
   EXPECT_CONTAINS(markdown, "| blurred images [%] | f2m_icp | rgbd_sfm |");
 }
 
+TEST_F(BenchmarkProgram, WarnsOfPosesThatADeviceEstimated)
+{
+  const std::string place = folder.path("estimated");
+  ASSERT_EQ(runProgram("bundle_icp_simulate",
+                       {place, "--frames", "6", "--size", "240x180", "--focal-length", "197",
+                        "--surface-spacing", "0", "-q", "--format", "scannet"})
+                .exit_code,
+            0);
+  const ProgramResult result = benchmark({place, scan, "-o", out, "--methods", "f2m_icp"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const std::string warning = "that BundleFusion estimated, not measured truth";
+  EXPECT_CONTAINS(result.err, warning);
+  EXPECT_CONTAINS(readText(out + "/benchmark.md"), warning);
+  const auto json = nlohmann::json::parse(readText(out + "/benchmark.json"));
+  ASSERT_EQ(json["scans"][0]["warnings"].size(), 1u);
+  EXPECT_CONTAINS(json["scans"][0]["warnings"][0].get<std::string>(), warning);
+  EXPECT_TRUE(json["scans"][1]["warnings"].empty());
+}
+
 TEST_F(BenchmarkProgram, RefusesWhatItCannotCompare)
 {
   const auto expect = [this](std::vector<std::string> options, int exit_code,

@@ -3,6 +3,7 @@
 //
 // The methods that the paper compares, side by side on recordings with true poses;
 // Bundle ICP without its parts; and all of these with fewer and with blurred frames.
+#include "estimated_truth.h"
 #include "scan_arguments.h"
 
 #include "blurred_dataset.h"
@@ -238,8 +239,12 @@ runBenchmark(int argc, char** argv)
   std::vector<ScanResult> scans;
   for (const std::string& folder : arguments->scans) {
     // The truth keeps all poses, also when few frames are kept.
-    const Trajectory truth = openScan(folder, {}, *arguments)->groundTruth();
-    scans.push_back({folderName(folder), {}});
+    const RGBDDataset::Ptr whole = openScan(folder, {}, *arguments);
+    const Trajectory truth = whole->groundTruth();
+    scans.push_back({folderName(folder), {}, estimatedTruth(*whole)});
+    if (!scans.back().warning.empty())
+      std::cerr << "bundle_icp_benchmark: warning: "
+                << printable(folder + ": " + scans.back().warning) << "\n";
     for (const Condition& condition : arguments->conditions) {
       scans.back().conditions.push_back(runCondition(folder, condition, *arguments, truth));
       std::cout << scans.back().name << ", " << toString(condition) << "\n\n"

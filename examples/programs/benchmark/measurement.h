@@ -47,6 +47,7 @@ struct ConditionResult {
 struct ScanResult {
   std::string name; ///< of its folder
   std::vector<ConditionResult> conditions;
+  std::string warning; ///< why its poses are no measured truth; empty = they are
 };
 
 Measurement

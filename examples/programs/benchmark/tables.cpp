@@ -140,6 +140,8 @@ toMarkdown(const std::vector<ScanResult>& scans, const std::vector<Variant>& var
           "with all that a method needs.\n";
   for (const ScanResult& scan : scans) {
     text += "\n## " + scan.name + "\n";
+    if (!scan.warning.empty())
+      text += "\nWarning: " + scan.warning + ".\n";
     for (const ConditionResult& result : scan.conditions)
       text += "\n### " + toString(result.condition) + "\n\n" + toMarkdown(result);
     for (const Axis axis : {Axis::KEEP, Axis::BLUR})
@@ -164,7 +166,11 @@ toJson(const std::vector<ScanResult>& scans)
                             {"blur_fraction", result.condition.blur},
                             {"methods", methods}});
     }
-    json["scans"].push_back({{"scan", scan.name}, {"conditions", conditions}});
+    Json warnings = Json::array();
+    if (!scan.warning.empty())
+      warnings.push_back(scan.warning);
+    json["scans"].push_back(
+        {{"scan", scan.name}, {"warnings", warnings}, {"conditions", conditions}});
   }
   return json.dump(2) + "\n";
 }

@@ -50,13 +50,14 @@ sayDevicePoses(bool are_prior, Recording& recording)
 {
   if (recording.pose_maker.empty() || recording.ground_truth.empty())
     return;
-  recording.findings.push_back(
-      {Severity::NOTE,
-       "poses",
-       "the poses of the recording are those that " + recording.pose_maker +
-           " estimated, not measured truth; they are " + (are_prior ? "the prior" : "not used"),
-       {{"poses", double(recording.ground_truth.size())}},
-       ""});
+  recording.findings.push_back({Severity::NOTE,
+                                "poses",
+                                "the poses of the recording are those that " +
+                                    recording.pose_maker +
+                                    " estimated, not measured truth; they are " +
+                                    (are_prior ? "the prior" : "not used as a prior"),
+                                {{"poses", double(recording.ground_truth.size())}},
+                                ""});
 }
 
 } // namespace
