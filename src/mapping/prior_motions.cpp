@@ -91,15 +91,13 @@ PriorMotion::term(std::size_t first, std::size_t second) const
 
 PriorMotions::PriorMotions(const ImageGraph& graph, const MapperOptions& options) : graph_(graph)
 {
-  std::vector<std::size_t> all(graph.size());
-  std::iota(all.begin(), all.end(), 0);
+  const std::vector<std::size_t> by_time = byTime(graph);
   if (options.refinement.pose_prior)
     report_.frames = std::size_t(std::count_if(
-        all.begin(), all.end(), [&graph](std::size_t i) { return graph.prior(i).has_value(); }));
+        by_time.begin(), by_time.end(), [&graph](auto i) { return graph.prior(i).has_value(); }));
   if (report_.frames == 0 || !options.schedule.ordered_in_time)
     return;
-  place_in_time_.resize(all.size());
-  const std::vector<std::size_t> by_time = byTime(graph, std::move(all));
+  place_in_time_.resize(by_time.size());
   for (std::size_t place = 0; place < by_time.size(); ++place)
     place_in_time_[by_time[place]] = place;
 }

@@ -47,7 +47,8 @@ struct Recording {
   std::string depth_scale_source;             ///< where that comes from, for messages
   bool is_ordered = true;                     ///< the stamps tell the order of the frames
   bool has_times = true;                      ///< the stamps are times of the recording
-  bool is_seven_scenes = false; ///< made by the 7-Scenes cameras unless intrinsics or units say otherwise
+  bool is_seven_scenes =
+      false; ///< made by the 7-Scenes cameras unless intrinsics or units say otherwise
   Trajectory ground_truth;
   std::string pose_maker; ///< who estimated these poses; empty = they are measured truth
   std::shared_ptr<const FrameReader> reader; ///< unset = both images of a frame are files
