@@ -8,9 +8,10 @@ namespace bundle_icp {
 
 /** Takes intrinsics, and where it says them the units of depth and the camera of depth, from a file
  *  of a known name in the folder: `intrinsics.txt` (`fx fy cx cy [k1 k2 p1 p2 k3]`, or a matrix of
- *  3x3 or 4x4; optionally lines `depth_scale UNITS_PER_METRE`, `depth_intrinsics fx fy cx cy [k1 k2 p1 p2
- *  k3]` and `depth_to_color tx ty tz [qx qy qz qw]`), `intrinsic.json`, `camera_info.yaml` and the
- *  like. What is wrong with the file becomes Recording::calibration_fault.
+ *  3x3 or 4x4; optionally lines `depth_scale UNITS_PER_METRE`, `depth_intrinsics fx fy cx cy [k1
+ *  k2 p1 p2 k3]` and `depth_to_color tx ty tz [qx qy qz qw]`), `intrinsic.json`,
+ *  `camera_info.yaml` and the like. What is wrong with the file becomes
+ *  Recording::calibration_fault.
  *  \return false when there is none. */
 bool
 readCalibrationFile(const std::string& folder, Recording& recording);
