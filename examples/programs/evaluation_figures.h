@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #pragma once
 
+#include <bundle_icp/common/printable_text.h>
 #include <bundle_icp/evaluation/surface_error.h>
 #include <bundle_icp/evaluation/trajectory_error.h>
 
@@ -63,7 +64,9 @@ printJson(const Evaluation& e, double complete_within)
     json["mesh_completeness"] = e.surface->completeness;
     json["mesh_complete_within_m"] = complete_within;
   }
-  json["warnings"] = e.warnings;
+  json["warnings"] = nlohmann::ordered_json::array();
+  for (const std::string& warning : e.warnings)
+    json["warnings"].push_back(printable(warning));
   std::cout << json.dump(2) << "\n";
 }
 

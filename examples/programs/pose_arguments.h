@@ -95,13 +95,12 @@ applyPoses(const PoseArguments& arguments, DatasetOptions& dataset,
 /** The poses of an opened recording, where --poses asks for them. */
 inline void
 takeRecordedPoses(const PoseArguments& arguments, const std::string& scan,
-                  const RGBDDataset& dataset, ReconstructionOptions& reconstruction)
+                  double max_time_difference, const RGBDDataset& dataset,
+                  ReconstructionOptions& reconstruction)
 {
   if (arguments.poses != RECORDED_POSES)
     return;
-  reconstruction.poses.emplace();
-  reconstruction.poses->trajectory = dataset.groundTruth();
-  reconstruction.poses->source = "the recording";
+  reconstruction.poses = GivenPoses{dataset.groundTruth(), "the recording", max_time_difference};
   if (reconstruction.poses->trajectory.empty())
     throw pcl::IOException(scan + ": --poses recording: the recording brings no poses");
 }

@@ -333,7 +333,8 @@ runReconstruction(int argc, char** argv)
   const RGBDDataset::Ptr dataset =
       openCalibrated(arguments->scan, arguments->dataset, arguments->calibration,
                      arguments->reconstruction.mapper);
-  takeRecordedPoses(arguments->poses, arguments->scan, *dataset, arguments->reconstruction);
+  takeRecordedPoses(arguments->poses, arguments->scan, arguments->dataset.max_time_difference,
+                    *dataset, arguments->reconstruction);
   const ResultFolder result_folder(arguments->output);
   ReconstructionResult result;
   {

@@ -100,7 +100,9 @@ checkPath(const std::string& path)
   boost::system::error_code code;
   const fs::file_status status = fs::status(path, code);
   if (!fs::exists(status))
-    throw IOException(path + ": no such folder");
+    throw IOException(path + ": " +
+                      (status.type() == fs::file_not_found ? "no such folder"
+                                                           : "cannot be read: " + code.message()));
   if (!fs::is_directory(status))
     return;
   const bool is_empty = fs::is_empty(path, code);

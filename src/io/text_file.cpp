@@ -35,10 +35,8 @@ parseNumber(const std::string& word, const std::string& where)
   return value;
 }
 
-} // namespace
-
-std::string
-readBytes(const std::string& path, std::uint64_t largest)
+std::ifstream
+openRegularFile(const std::string& path)
 {
   namespace fs = boost::filesystem;
   boost::system::error_code error;
@@ -51,6 +49,15 @@ readBytes(const std::string& path, std::uint64_t largest)
   std::ifstream file(path, std::ios::binary);
   if (!file)
     throw IOException(path + ": cannot be opened: " + std::strerror(errno));
+  return file;
+}
+
+} // namespace
+
+std::string
+readBytes(const std::string& path, std::uint64_t largest)
+{
+  std::ifstream file = openRegularFile(path);
   file.seekg(0, std::ios::end);
   const auto size = std::uint64_t(std::max<std::streamoff>(0, file.tellg()));
   if (size > largest)
@@ -60,6 +67,18 @@ readBytes(const std::string& path, std::uint64_t largest)
   file.read(bytes.data(), std::streamsize(bytes.size()));
   if (!file)
     throw IOException(path + ": cannot be read: " + std::strerror(errno));
+  return bytes;
+}
+
+std::string
+readFirstBytes(const std::string& path, std::size_t count)
+{
+  std::ifstream file = openRegularFile(path);
+  std::string bytes(count, '\0');
+  file.read(bytes.data(), std::streamsize(count));
+  if (file.bad())
+    throw IOException(path + ": cannot be read: " + std::strerror(errno));
+  bytes.resize(std::size_t(file.gcount()));
   return bytes;
 }
 

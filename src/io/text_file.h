@@ -41,6 +41,11 @@ parseNumbers(const TextLine& line, const std::string& path);
 std::string
 readBytes(const std::string& path, std::uint64_t largest = std::uint64_t(1) << 30);
 
+/** The first bytes of a regular file, all of a shorter one.
+ *  \throws pcl::IOException as readBytes() */
+std::string
+readFirstBytes(const std::string& path, std::size_t count);
+
 /** A number with so many digits that count, independent of the locale. */
 std::string
 shortText(double value, int digits);

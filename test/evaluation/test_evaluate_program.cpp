@@ -235,6 +235,16 @@ TEST_F(EvaluateProgram, FiguresOfAHandfulOfPosesAreDoubtful)
   EXPECT_EQ(nlohmann::json::parse(small.out)["ate_m"]["count"], 9);
 }
 
+TEST_F(EvaluateProgram, ANameThatIsNotUtf8LosesNoFigures)
+{
+  const std::string odd = folder.path("t\xff.txt");
+  writeTrajectory(odd, Trajectory(larger.begin(), larger.begin() + 4));
+  const ProgramResult result = run({truth, odd, "--json"});
+  EXPECT_EQ(result.exit_code, 3) << result.err;
+  EXPECT_CONTAINS(nlohmann::json::parse(result.out)["warnings"][0].get<std::string>(),
+                  "only 4 poses have a true pose");
+}
+
 TEST_F(EvaluateProgram, MeshesWithoutSizeOrWithTooMuchAreRefused)
 {
   const std::string mesh = folder.path("mesh.ply"), points = folder.path("surface.ply");

@@ -77,6 +77,15 @@ TEST_F(KnownPoses, AreTakenAsTheyAre)
     EXPECT_TRUE(used[i].world_from_camera.isApprox(given[i].world_from_camera, 1e-6));
   ASSERT_EQ(reconstruct({"--no-mesh", "--poses", "recording"}).exit_code, 0);
   EXPECT_EQ(report()["options"]["poses"], "the recording");
+  Trajectory late = readTrajectory(scan + "/groundtruth.txt");
+  for (TimedPose& pose : late)
+    pose.timestamp += 0.03;
+  writeTrajectory(scan + "/groundtruth.txt", late);
+  ASSERT_EQ(
+      reconstruct({"--no-mesh", "--poses", "recording", "--max-time-difference", "0.04"}).exit_code,
+      0);
+  for (const auto& frame : report()["frames"])
+    EXPECT_EQ(frame["verdict"], "unchecked");
 }
 
 TEST_F(KnownPoses, ThatCannotServeAreRefused)

@@ -5,6 +5,8 @@
 
 #include <pcl/io/pcd_io.h>
 
+#include <sys/stat.h>
+
 using namespace bundle_icp;
 using namespace bad_format;
 namespace fs = boost::filesystem;
@@ -50,6 +52,19 @@ TEST_F(BadContainer, PclReadsAndWritesTheSameClouds)
   damage(place, file);
   pcl::io::savePCDFileASCII(file, cloud);
   damage(place, file);
+}
+
+TEST_F(BadContainer, APipeAmongCloudsIsNotWaitedFor)
+{
+  write("pcd");
+  fs::remove(place + "/cloud0001.pcd");
+  ASSERT_EQ(mkfifo((place + "/cloud0001.pcd").c_str(), 0600), 0);
+  DatasetOptions options;
+  options.intrinsics = parseIntrinsics("55,55,31.5,23.5"); // no cloud is read for them
+  const auto dataset = openDataset(place, options);
+  EXPECT_CONTAINS(messageOf<pcl::IOException>([&] { dataset->read(1); }),
+                  "cloud0001.pcd: is not a regular file");
+  EXPECT_FALSE(dataset->read(2).depth.empty());
 }
 
 TEST_F(BadContainer, Pcd)

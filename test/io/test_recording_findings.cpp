@@ -284,6 +284,40 @@ TEST_F(Findings, TwoSizesOfAScanNetRecorder)
   EXPECT_FLOAT_EQ(openDataset(place)->read(0).depth.at<float>(0, 0), 1);
 }
 
+TEST_F(Findings, TheInfoOfSomeoneElseIsNoCalibration)
+{
+  recordings::writeSevenScenesFrame(place, 0, recordings::color(0, {64, 48}),
+                                    recordings::depth(1000, {64, 48}));
+  writeText(place + "/camera-intrinsics.txt", "57 0 32\n0 58 24\n0 0 1\n");
+  writeText(place + "/info.txt", "taken on Monday\nlens = 24mm f/2\n");
+  EXPECT_EQ(openDataset(place)->camera().fy, 58);
+  EXPECT_EQ(openDataset(place)->format(), "7-Scenes");
+}
+
+TEST_F(Findings, FaultsOfAScanNetRecordersFileHarmOnlyWhereItIsNeeded)
+{
+  recordings::writeSevenScenesFrame(place, 0, recordings::color(0, {64, 48}),
+                                    recordings::depth(1000, {64, 48}));
+  const std::string camera = "m_calibrationColorIntrinsic = 57 0 32 0 0 58 24 0 0 0 1 0 0 0 0 1\n";
+  const std::pair<std::string, const char*> faults[] = {
+      {"m_colorWidth = 1e20\n" + camera, "m_colorWidth is no size of an image"},
+      {"m_calibrationColorIntrinsic = 57 none\n", "'none' is not a number"},
+      {camera + "m_calibrationDepthExtrinsic = 1 0 0 0.02 0 1 0 0 0 0 1 0 0 0 0 1\n",
+       "depth is not registered to colour"}};
+  for (const auto& [text, reason] : faults) {
+    writeText(place + "/_info.txt", text);
+    const std::string message = messageOf<pcl::IOException>([&] { openDataset(place); });
+    EXPECT_CONTAINS(message, "_info.txt");
+    EXPECT_CONTAINS(message, reason);
+    DatasetOptions options;
+    options.intrinsics = parseIntrinsics("57,58,32,24");
+    EXPECT_EQ(openDataset(place, options)->camera().fy, 58);
+  }
+  writeText(place + "/_info.txt",
+            camera + "m_calibrationDepthExtrinsic = 1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1\n");
+  EXPECT_EQ(openDataset(place)->camera().fy, 58);
+}
+
 TEST_F(Findings, CalibrationsAsOthersWriteThem)
 {
   const std::string numbers = R"("fx": 60, "fy": 61, "ppx": 32, "ppy": 24)";

@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "tables.h"
 
+#include <bundle_icp/common/printable_text.h>
 #include <bundle_icp/version.h>
 
 #include <nlohmann/json.hpp>
@@ -168,9 +169,9 @@ toJson(const std::vector<ScanResult>& scans)
     }
     Json warnings = Json::array();
     if (!scan.warning.empty())
-      warnings.push_back(scan.warning);
+      warnings.push_back(printable(scan.warning));
     json["scans"].push_back(
-        {{"scan", scan.name}, {"warnings", warnings}, {"conditions", conditions}});
+        {{"scan", printable(scan.name)}, {"warnings", warnings}, {"conditions", conditions}});
   }
   return json.dump(2) + "\n";
 }

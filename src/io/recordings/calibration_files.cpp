@@ -118,6 +118,106 @@ readText(const std::string& path, Recording& recording)
     takeIntrinsics(numbers, path, recording);
 }
 
+/** Lines "NAME = WORD..." by name, without the first two words. */
+std::map<std::string, TextLine>
+sensorLines(const std::string& path)
+{
+  std::map<std::string, TextLine> lines;
+  for (TextLine line : readTextLines(path)) {
+    if (line.words.size() < 3 || line.words[1] != "=")
+      continue;
+    const std::string name = line.words[0];
+    line.words.erase(line.words.begin(), line.words.begin() + 2);
+    lines[name] = std::move(line);
+  }
+  return lines;
+}
+
+/** What an `_info.txt` says. */
+class SensorInfo {
+public:
+  SensorInfo(const std::map<std::string, TextLine>& lines, const std::string& path)
+  : lines_(lines), path_(path)
+  {
+  }
+
+  std::vector<double>
+  numbers(const std::string& name) const
+  {
+    const auto line = lines_.find(name);
+    return line == lines_.end() ? std::vector<double>() : parseNumbers(line->second, path_);
+  }
+
+  /** 0 when the file does not say it. */
+  double
+  number(const std::string& name) const
+  {
+    const std::vector<double> values = numbers(name);
+    return values.size() == 1 ? values[0] : 0;
+  }
+
+  /** \param kind "Color" or "Depth"
+   *  \param size "color" or "depth" */
+  CameraIntrinsics
+  camera(const std::string& kind, const std::string& size) const
+  {
+    CameraIntrinsics result = fromMatrix(numbers("m_calibration" + kind + "Intrinsic"), path_);
+    result.width = side("m_" + size + "Width");
+    result.height = side("m_" + size + "Height");
+    return result;
+  }
+
+  /** Of a camera, 16 numbers; the identity when the file does not say it. */
+  std::vector<double>
+  place(const std::string& kind) const
+  {
+    const std::vector<double> matrix = numbers("m_calibration" + kind + "Extrinsic");
+    return matrix.empty() ? std::vector<double>{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}
+                          : matrix;
+  }
+
+  const std::string&
+  path() const
+  {
+    return path_;
+  }
+
+private:
+  int
+  side(const std::string& name) const
+  {
+    constexpr double largest = 1 << 15;
+    const double value = number(name);
+    if (!(value >= 0 && value <= largest))
+      throw IOException(path_ + ": " + name + " is no size of an image");
+    return int(value);
+  }
+
+  const std::map<std::string, TextLine>& lines_;
+  const std::string path_;
+};
+
+void
+takeSensorInfo(const SensorInfo& info, Recording& recording)
+{
+  // Which way the matrices map is not documented.
+  if (info.place("Color") != info.place("Depth"))
+    throw IOException(info.path() + ": depth is not registered to colour: their extrinsic "
+                                    "matrices differ");
+  const bool is_equal = info.number("m_colorWidth") == info.number("m_depthWidth");
+  const bool has_color = !info.numbers("m_calibrationColorIntrinsic").empty();
+  recording.intrinsics =
+      is_equal || has_color ? info.camera("Color", "color") : info.camera("Depth", "depth");
+  if (!is_equal && has_color) { // the poses of both are those of one place
+    recording.depth_camera.emplace();
+    recording.depth_camera->intrinsics = info.camera("Depth", "depth");
+  }
+  if (info.number("m_depthShift") > 0) {
+    recording.depth_scale = info.number("m_depthShift");
+    recording.depth_scale_source = info.path();
+  }
+}
+
 /** Reads a file by its extension. */
 void
 readFile(const std::string& path, Recording& recording)
@@ -182,35 +282,17 @@ readSensorInfo(const std::string& folder, Recording& recording)
       path = (fs::path(folder) / name).string();
   if (path.empty())
     return false;
-  std::map<std::string, std::vector<double>> values; // of "NAME = NUMBER..."
-  for (TextLine line : readTextLines(path)) {
-    if (line.words.size() < 3 || line.words[1] != "=" || line.words[0] == "m_sensorName")
-      continue;
-    const std::string name = line.words[0];
-    line.words.erase(line.words.begin(), line.words.begin() + 2);
-    values[name] = parseNumbers(line, path);
-  }
-  const auto number = [&](const std::string& name) {
-    return values[name].size() == 1 ? values[name][0] : 0;
-  };
-  const auto camera = [&](const std::string& kind, const std::string& size) {
-    CameraIntrinsics result = fromMatrix(values["m_calibration" + kind + "Intrinsic"], path);
-    result.width = int(number("m_" + size + "Width"));
-    result.height = int(number("m_" + size + "Height"));
-    return result;
-  };
-  const bool is_equal = number("m_colorWidth") == number("m_depthWidth");
-  const bool has_color = values.count("m_calibrationColorIntrinsic") > 0;
-  recording.intrinsics =
-      is_equal || has_color ? camera("Color", "color") : camera("Depth", "depth");
-  if (!is_equal && has_color) { // the poses of both are those of one place
-    recording.depth_camera.emplace();
-    recording.depth_camera->intrinsics = camera("Depth", "depth");
-  }
+  const std::map<std::string, TextLine> lines = sensorLines(path);
+  if (lines.lower_bound("m_calibration") == lines.lower_bound("m_calibratioo"))
+    return false; // notes of someone else
   recording.intrinsics_source = path;
-  if (number("m_depthShift") > 0) {
-    recording.depth_scale = number("m_depthShift");
-    recording.depth_scale_source = path;
+  try {
+    Recording known = recording;
+    takeSensorInfo({lines, path}, known);
+    recording = std::move(known);
+  }
+  catch (const pcl::IOException& error) {
+    recording.calibration_fault = messageOf(error);
   }
   return true;
 }

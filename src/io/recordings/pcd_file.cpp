@@ -26,11 +26,10 @@ constexpr std::size_t MAX_SIZE = 1 << 16;
 
 struct Field {
   std::string name;
-  char type = 'F';            ///< F, U or I
-  std::size_t size = 4;       ///< bytes of one number
-  std::size_t count = 1;      ///< numbers a point
-  std::size_t position = 0;   ///< of its first byte in a point
-  std::size_t first_word = 0; ///< of its first number in a line
+  char type = 'F';          ///< F, U or I
+  std::size_t size = 4;     ///< bytes of one number
+  std::size_t count = 1;    ///< numbers a point
+  std::size_t position = 0; ///< of its first byte in a point
 };
 
 struct Header {
@@ -91,12 +90,8 @@ placeFields(std::map<std::string, TextLine>& keys, const std::string& path, Head
       (!counts.empty() && counts.size() != names.size()))
     refuse(path, "FIELDS, SIZE, TYPE and COUNT of the header do not belong together");
   for (std::size_t i = 0; i < names.size(); ++i) {
-    Field field{names[i],
-                types[i][0],
-                toSize(sizes[i], path),
-                counts.empty() ? 1 : toSize(counts[i], path),
-                header.point_size,
-                header.words};
+    Field field{names[i], types[i][0], toSize(sizes[i], path),
+                counts.empty() ? 1 : toSize(counts[i], path), header.point_size};
     if (field.size < 1 || field.size > 8 || field.count > 1000)
       refuse(path, "the field " + field.name + " has an impossible size");
     header.point_size += field.size * field.count;
@@ -303,11 +298,7 @@ readOrganizedPcd(const std::string& path)
 Pose
 readPcdViewpoint(const std::string& path)
 {
-  std::ifstream file(path, std::ios::binary);
-  std::string bytes(MAX_HEADER, '\0');
-  file.read(bytes.data(), std::streamsize(bytes.size()));
-  bytes.resize(std::size_t(file.gcount()));
-  return parseHeader(bytes, path).viewpoint;
+  return parseHeader(readFirstBytes(path, MAX_HEADER), path).viewpoint;
 }
 
 } // namespace bundle_icp

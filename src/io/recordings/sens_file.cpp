@@ -35,12 +35,6 @@ public:
   }
 
   std::size_t
-  left() const
-  {
-    return left_;
-  }
-
-  std::size_t
   position()
   {
     return std::size_t(file_.tellg());
