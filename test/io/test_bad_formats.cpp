@@ -67,6 +67,31 @@ TEST_F(BadFormat, IclNuimIsKnownByItsFolder)
   EXPECT_EQ(dataset->groundTruth()[1].world_from_camera.translation(), Eigen::Vector3d(0, -1, 0));
 }
 
+TEST_F(BadFormat, IclNuimIsKnownByItsPosesAndByTheOptions)
+{
+  write("associations");
+  const Trajectory truth = openDataset(place)->groundTruth();
+  const auto is_mirrored = [&](const DatasetOptions& options = {}) {
+    const auto dataset = openDataset(place, options);
+    EXPECT_EQ(dataset->camera().fy, 55);
+    const Eigen::Vector3d before = truth.back().world_from_camera.translation(),
+                          after = dataset->groundTruth().back().world_from_camera.translation();
+    const bool result = after.isApprox(Eigen::Vector3d(before.x(), -before.y(), before.z()), 1e-9);
+    EXPECT_EQ(findingOf(*dataset, "intrinsics", "y points upwards").has_value(), result);
+    return result;
+  };
+  DatasetOptions options;
+  options.intrinsics = parseIntrinsics("55,55,31.5,23.5");
+  EXPECT_FALSE(is_mirrored());
+  EXPECT_FALSE(is_mirrored(options));
+  options.intrinsics->fy = -55;
+  EXPECT_TRUE(is_mirrored(options));
+  fs::rename(place + "/groundtruth.txt", place + "/livingRoom1.gt.freiburg");
+  EXPECT_TRUE(is_mirrored());
+  options.intrinsics->fy = 55;
+  EXPECT_TRUE(is_mirrored(options));
+}
+
 TEST_F(BadFormat, OneFolderTellsStreamsApartByWords)
 {
   for (int i = 1; i < 4; ++i) {

@@ -186,8 +186,8 @@ public:
  *    associated by time, greedily, closest first, as the benchmark's script does. A frame's id is
  *    the number of its line in `rgb.txt`. Without a calibration file, a folder name with
  *    freiburg1, freiburg2 or freiburg3 selects the benchmark's camera. One list `associations.txt`
- *    (`TIME IMAGE TIME IMAGE`) serves as well, for example of ICL-NUIM, whose camera has a negative
- *    fy: its true poses are mirrored to match the images.
+ *    (`TIME IMAGE TIME IMAGE`) serves as well, for example of ICL-NUIM. A negative fy or a file
+ *    `*.gt.freiburg` tells it: its true poses are mirrored to match the images.
  *  - 7-Scenes and 3DMatch: `frame-000000.color.{png,jpg}`, `.depth.png`, `.pose.txt`. Intrinsics
  *    come from `camera-intrinsics.txt` in the folder or its parent, else 7-Scenes' own camera (585
  *    px) serves; colour is then warped into the depth camera, to which the poses belong. Poses that

@@ -43,12 +43,13 @@ struct Recording {
   std::optional<CameraIntrinsics> intrinsics; ///< size 0 = that of the images
   std::string intrinsics_source;              ///< where they come from, for messages
   std::optional<DepthCamera> depth_camera;    ///< unset = depth lies in the colour camera's pixels
-  double depth_scale = 1000;                  ///< units per metre
-  std::string depth_scale_source;             ///< where that comes from, for messages
-  bool is_ordered = true;                     ///< the stamps tell the order of the frames
-  bool has_times = true;                      ///< the stamps are times of the recording
-  bool is_seven_scenes =
-      false; ///< made by the 7-Scenes cameras unless intrinsics or units say otherwise
+  bool is_turned_down = false;    ///< fy counts without its sign, which says that y points upwards
+  double depth_scale = 1000;      ///< units per metre
+  std::string depth_scale_source; ///< where that comes from, for messages
+  bool is_ordered = true;         ///< the stamps tell the order of the frames
+  bool has_times = true;          ///< the stamps are times of the recording
+  /** Made by the cameras of 7-Scenes, unless intrinsics or units say otherwise. */
+  bool is_seven_scenes = false;
   Trajectory ground_truth;
   std::string pose_maker; ///< who estimated these poses; empty = they are measured truth
   std::shared_ptr<const FrameReader> reader; ///< unset = both images of a frame are files

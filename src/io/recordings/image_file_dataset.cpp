@@ -318,6 +318,8 @@ makeImageFileDataset(Recording recording, const std::string& folder, const Datas
       options.depth_scale.value_or(recording.depth_scale) / options.depth_factor;
   if (!recording.intrinsics)
     refuseWithoutIntrinsics(recording, folder);
+  if (recording.is_turned_down)
+    recording.intrinsics->fy = std::abs(recording.intrinsics->fy);
   if (options.depth_noise)
     recording.intrinsics->depth_noise = *options.depth_noise;
   if (options.depth_camera)

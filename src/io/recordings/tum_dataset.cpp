@@ -24,6 +24,9 @@ namespace {
 constexpr const char* ASSOCIATION_NAMES[] = {"associations.txt", "association.txt", "associate.txt",
                                              "associated.txt"};
 
+// The ending of ICL-NUIM's files of true poses.
+constexpr const char* ICL_NUIM_POSES = ".gt.freiburg";
+
 std::string
 associationList(const std::string& folder)
 {
@@ -218,30 +221,37 @@ truthFile(const std::string& folder)
   if (fs::exists(usual))
     return usual.string();
   for (const fs::directory_entry& entry : fs::directory_iterator(folder))
-    if (boost::algorithm::ends_with(entry.path().string(), ".gt.freiburg"))
+    if (boost::algorithm::ends_with(entry.path().string(), ICL_NUIM_POSES))
       return entry.path().string();
   return {};
 }
 
 // ICL-NUIM's images are ordinary ones, but its camera and world have y upwards where ours have it
-// downwards: a negative focal length says so. Camera and poses are mirrored.
+// downwards: a negative focal length, or the ending of the file of poses, says so. Camera and poses
+// are mirrored.
 void
-turnDown(Recording& recording)
+turnDown(const std::string& truth, const DatasetOptions& options, Recording& recording)
 {
-  if (!recording.intrinsics || recording.intrinsics->fy >= 0)
+  const auto is_up = [](const std::optional<CameraIntrinsics>& camera) {
+    return camera && camera->fy < 0;
+  };
+  const bool is_negative = is_up(recording.intrinsics) || is_up(options.intrinsics);
+  if (!is_negative && !boost::algorithm::ends_with(truth, ICL_NUIM_POSES))
     return;
-  recording.intrinsics->fy *= -1;
+  recording.is_turned_down = true;
   const Eigen::Vector3d mirror(1, -1, 1);
   for (TimedPose& pose : recording.ground_truth) {
     Eigen::Matrix4d& matrix = pose.world_from_camera.matrix();
     matrix.topRows<3>() = mirror.asDiagonal() * matrix.topRows<3>();
     matrix.leftCols<3>() *= mirror.asDiagonal();
   }
+  const std::string what =
+      is_negative ? "the focal length fy is negative" : truth + " is a file of ICL-NUIM";
   recording.findings.push_back({Severity::NOTE,
                                 "intrinsics",
-                                "the focal length fy is negative: in the recording's camera y "
-                                "points upwards, as in ICL-NUIM. The images are used as they are, "
-                                "with a positive fy, and the true poses are mirrored to match",
+                                what + ": in the recording's camera y points upwards. The images "
+                                       "are used as they are, with a positive fy, and the true "
+                                       "poses are mirrored to match",
                                 {},
                                 ""});
 }
@@ -285,7 +295,7 @@ readTumFolder(const std::string& folder, const DatasetOptions& options)
       recording.skipped.push_back({truth, messageOf(error)});
     }
   }
-  turnDown(recording);
+  turnDown(truth, options, recording);
   return recording;
 }
 
