@@ -12,7 +12,6 @@
 
 #include <cmath>
 #include <fstream>
-#include <sstream>
 
 namespace bundle_icp {
 namespace {
@@ -31,12 +30,11 @@ numberIn(const Json& object, const char* key, const std::string& name)
   return object[key];
 }
 
+/** With digits enough to tell two cameras apart. */
 std::string
 toText(double value)
 {
-  std::ostringstream text;
-  text << value;
-  return text.str();
+  return shortText(value, 9);
 }
 
 /** Corrections are relative to a camera: on top of another they would be wrong. */

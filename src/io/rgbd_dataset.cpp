@@ -58,9 +58,14 @@ recordingsWithin(const std::string& folder)
 {
   std::vector<std::string> found;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder))
-    if (fs::is_directory(entry.status()))
-      if (const RecordingFormat* const format = findFormat(entry.path().string()))
-        found.push_back(entry.path().string() + " (" + format->name + ")");
+    try {
+      if (fs::is_directory(entry.status()))
+        if (const RecordingFormat* const format = findFormat(entry.path().string()))
+          found.push_back(entry.path().string() + " (" + format->name + ")");
+    }
+    catch (const fs::filesystem_error&) {
+      // A folder that may not be looked into is none that can be read.
+    }
   std::sort(found.begin(), found.end());
   return found.empty() ? "" : ", but its folder " + found.front() + " may be a recording";
 }

@@ -230,6 +230,7 @@ TEST_F(CalibrationFiles, YamlOfRos)
   std::string lines = "K:\n";
   for (const char* const number : {"600.5", "0", "320.25", "0", "601.", "240", "0", "0", "1"})
     lines += std::string("- ") + number + "\n";
+  expectCamera(readGood("camera_info.yaml", "height: 480  # px\n" + lines));
   expectCamera(readGood("camera_info.yaml", "# by hand\n" + lines + "D: [0, 0,\n    0, 0, 0]\n"));
   std::string fisheye = calibrator;
   fisheye.replace(fisheye.find("plumb_bob"), 9, "equidistant");

@@ -135,6 +135,8 @@ TEST_F(CalibrationFile, RefusesAnotherCamera)
                   "c.json: made for images of 320x480, not 640x480");
   EXPECT_CONTAINS(errorAfter([](auto& json) { json["camera"]["fx"] = 535.4; }),
                   "c.json: made for a camera of fx 535.4, not 525");
+  EXPECT_CONTAINS(errorAfter([](auto& json) { json["camera"]["fx"] = 525.0012; }),
+                  "c.json: made for a camera of fx 525.0012, not 525");
   EXPECT_CONTAINS(errorAfter([](auto& json) { json["camera"].erase("height"); }),
                   "c.json: camera: height is missing");
 }

@@ -26,6 +26,8 @@ Json
 scalarOf(std::string text)
 {
   boost::trim(text);
+  if (const std::size_t comment = text.find(" #"); comment != std::string::npos && text[0] != '"')
+    text = boost::trim_copy(text.substr(0, comment));
   if (text.size() > 1 && (text[0] == '"' || text[0] == '\'') && text.back() == text[0])
     return text.substr(1, text.size() - 2);
   const char* const end = text.data() + text.size();

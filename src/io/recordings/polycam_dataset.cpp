@@ -6,6 +6,8 @@
 #include "io/recordings/json_file.h"
 #include "io/recordings/recorded_poses.h"
 
+#include <bundle_icp/common/exceptions.h>
+
 #include <boost/filesystem.hpp>
 
 namespace bundle_icp {
@@ -74,11 +76,16 @@ takeCameras(const fs::path& folder, Recording& recording)
       recording.skipped.push_back({path, "absent: the frame has no pose"});
       continue;
     }
-    withJson(path, [&](const Json& json) {
-      cameras.push_back(cameraOf(json, path));
-      takePose(
-          frame.timestamp, path, [&] { return poseIn(json, path); }, recording);
-    });
+    try {
+      withJson(path, [&](const Json& json) {
+        cameras.push_back(cameraOf(json, path));
+        takePose(
+            frame.timestamp, path, [&] { return poseIn(json, path); }, recording);
+      });
+    }
+    catch (const pcl::IOException& error) { // one of hundreds may be cut off
+      recording.skipped.push_back({path, messageOf(error)});
+    }
   }
   if (!cameras.empty())
     takeMedianCamera(cameras, folder.string(), recording);
