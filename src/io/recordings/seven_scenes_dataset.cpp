@@ -9,6 +9,7 @@
 
 #include <boost/filesystem.hpp>
 
+#include <algorithm>
 #include <array>
 #include <map>
 
@@ -70,20 +71,26 @@ collectFrames(const std::string& folder, Recording& recording)
                                 ""});
 }
 
-// The camera of 7-Scenes itself: PNG images of which each has its pose, and nothing of other
-// recorders beside.
+// 7-Scenes has a pose for each frame.
 bool
-isOfSevenScenes(const std::string& folder, const Recording& recording)
+hasAllPoses(const std::string& folder, const Recording& recording)
 {
-  std::size_t num_poses = 0;
-  for (const RecordedFrame& frame : recording.frames) {
-    const fs::path color(frame.color_file), depth(frame.depth_file);
-    if (color.extension() != ".png" || depth.extension() != ".png")
-      return false;
-    const std::string name = color.filename().string();
-    num_poses += fs::exists(fs::path(folder) / (name.substr(0, name.find('.')) + ".pose.txt"));
-  }
-  return num_poses == recording.frames.size();
+  return std::all_of(
+      recording.frames.begin(), recording.frames.end(), [&folder](const RecordedFrame& frame) {
+        const std::string name = fs::path(frame.color_file).filename().string();
+        return fs::exists(fs::path(folder) / (name.substr(0, name.find('.')) + ".pose.txt"));
+      });
+}
+
+// As 7-Scenes was published.
+bool
+isAllPng(const Recording& recording)
+{
+  return std::all_of(recording.frames.begin(), recording.frames.end(),
+                     [](const RecordedFrame& frame) {
+                       return fs::path(frame.color_file).extension() == ".png" &&
+                              fs::path(frame.depth_file).extension() == ".png";
+                     });
 }
 
 void
@@ -93,7 +100,7 @@ findCalibration(const std::string& folder, Recording& recording)
     recording.format = "ScanNet";
     return;
   }
-  recording.is_seven_scenes = isOfSevenScenes(folder, recording);
+  recording.is_seven_scenes = hasAllPoses(folder, recording);
   // 3DMatch keeps one file for all runs of a scene, in the folder above them.
   const fs::path absolute = fs::canonical(folder);
   for (const fs::path& place : {absolute, absolute.parent_path()}) {
@@ -109,7 +116,7 @@ findCalibration(const std::string& folder, Recording& recording)
     recording.intrinsics_source = file.string();
   }
   if (!recording.intrinsics && !readCalibrationFile(folder, recording) &&
-      recording.is_seven_scenes) {
+      recording.is_seven_scenes && isAllPng(recording)) {
     recording.intrinsics = parseIntrinsics("585,585,320,240");
     recording.intrinsics->width = 640;
     recording.intrinsics->height = 480;
