@@ -84,7 +84,9 @@ TEST_F(KnownPoses, AreTakenAsTheyAre)
   ASSERT_EQ(
       reconstruct({"--no-mesh", "--poses", "recording", "--max-time-difference", "0.04"}).exit_code,
       0);
-  for (const auto& frame : report()["frames"])
+  const nlohmann::json matched = report();
+  EXPECT_EQ(matched["frames"].size(), 12u);
+  for (const auto& frame : matched["frames"])
     EXPECT_EQ(frame["verdict"], "unchecked");
 }
 

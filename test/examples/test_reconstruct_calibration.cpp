@@ -156,7 +156,8 @@ TEST_F(ReconstructCalibration, AKnownDistanceKeepsWhatWasEstimated)
   simulate("7");
   run({"--intrinsics", "estimate", "--known-distance", "1,1.05"});
   std::string kinds;
-  for (const auto& finding : report()["findings"])
+  const nlohmann::json content = report();
+  for (const auto& finding : content["findings"])
     kinds += finding["kind"].get<std::string>() + " ";
   EXPECT_CONTAINS(kinds, "estimated_intrinsics");
 }
