@@ -69,25 +69,21 @@ refuseNegativeNumbers(const boost::program_options::parsed_options& parsed)
                          ": must not be negative");
 }
 
-/** The camera of depth of which the options say something. */
-inline std::optional<DepthCamera>
-depthCameraOf(const boost::program_options::variables_map& values)
+/** Takes what the options say of the camera of depth. */
+inline void
+takeDepthCamera(const boost::program_options::variables_map& values, DatasetOptions& dataset)
 {
-  if (!values.count("depth-intrinsics") && !values.count("depth-to-color"))
-    return std::nullopt;
-  DepthCamera depth;
   if (values.count("depth-intrinsics")) {
     const std::string text = values["depth-intrinsics"].as<std::string>();
     try {
-      depth.intrinsics = parseIntrinsics(text);
+      dataset.depth_intrinsics = parseIntrinsics(text);
     }
     catch (const pcl::BadArgumentException&) {
       throw UsageError("--depth-intrinsics " + text + ": expected fx,fy,cx,cy[,k1,k2,p1,p2,k3]");
     }
   }
   if (values.count("depth-to-color"))
-    depth.color_from_depth = readDepthToColor(values["depth-to-color"].as<std::string>());
-  return depth;
+    dataset.color_from_depth = readDepthToColor(values["depth-to-color"].as<std::string>());
 }
 
 /** Applies the options that describeRecording() does not store. */
@@ -104,7 +100,7 @@ applyRecording(const boost::program_options::variables_map& values, DatasetOptio
       throw UsageError(error.what());
     }
   }
-  dataset.depth_camera = depthCameraOf(values);
+  takeDepthCamera(values, dataset);
   dataset.use_masks = !values.count("no-mask");
   if (values.count("depth-scale"))
     dataset.depth_scale = values["depth-scale"].as<double>();

@@ -179,7 +179,7 @@ DatasetOptions::isValid(std::string* error) const
     return fail("field of view " + std::to_string(*field_of_view) + " rad must lie in (0.1, 2.8)");
   if (depth_noise && !depth_noise->isValid(error))
     return false;
-  if (depth_camera && !isRigid(depth_camera->color_from_depth.matrix()))
+  if (color_from_depth && !isRigid(color_from_depth->matrix()))
     return fail("the pose of the depth camera must be a rigid motion");
   if (pose_prior && !pose_prior->isValid(error))
     return false;

@@ -35,6 +35,8 @@ parseNumber(const std::string& word, const std::string& where)
   return value;
 }
 
+} // namespace
+
 std::ifstream
 openRegularFile(const std::string& path)
 {
@@ -51,8 +53,6 @@ openRegularFile(const std::string& path)
     throw IOException(path + ": cannot be opened: " + std::strerror(errno));
   return file;
 }
-
-} // namespace
 
 std::string
 readBytes(const std::string& path, std::uint64_t largest)

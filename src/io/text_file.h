@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <exception>
+#include <fstream>
 #include <string>
 #include <vector>
 
@@ -34,6 +35,11 @@ toUtf8(const std::string& bytes);
  * number. */
 std::vector<double>
 parseNumbers(const TextLine& line, const std::string& path);
+
+/** Opens a regular file.
+ *  \throws pcl::IOException naming file and reason when it is none, or cannot be opened. */
+std::ifstream
+openRegularFile(const std::string& path);
 
 /** All bytes of a regular file.
  *  \param largest size that is read [bytes]: a hole in a file takes no disk, but memory

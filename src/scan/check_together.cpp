@@ -119,7 +119,7 @@ withEdges(const FrameSample& sample)
 /** Frames with edges that differ from each other: a camera that stands still or comes back shows
  *  one view, however many frames it takes. */
 std::vector<FrameLook>
-differentViews(const FrameSample& sample)
+withDifferentEdges(const FrameSample& sample)
 {
   std::vector<FrameLook> views;
   for (const FrameLook& look : withEdges(sample))
@@ -174,7 +174,7 @@ otherMoment(const FrameSample& sample)
 Elsewhere
 otherPlace(const FrameSample& sample, int num_threads)
 {
-  const std::vector<FrameLook> views = differentViews(sample);
+  const std::vector<FrameLook> views = withDifferentEdges(sample);
   if (views.size() < FEWEST_FRAMES)
     return {};
   const DepthPlacement best = bestPlacement(views, num_threads);
@@ -214,7 +214,7 @@ shareOfBetterViews(const std::vector<FrameLook>& views)
 void
 checkView(const FrameSample& sample, std::vector<Finding>& findings)
 {
-  const std::vector<FrameLook> views = differentViews(sample);
+  const std::vector<FrameLook> views = withDifferentEdges(sample);
   if (views.size() < FEWEST_FRAMES)
     return;
   const Mean own = meanOf(agreements(views));

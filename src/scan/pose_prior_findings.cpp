@@ -38,7 +38,8 @@ posePriorFindings(const PosePriorReport& prior)
     return {{Severity::WARNING,
              "pose_prior",
              formatText("the prior poses of %zu frames are not used: no two key frames that follow "
-                        "each other in time have one, or the stamps do not tell their order",
+                        "each other in time have one, the stamps do not tell their order, or there "
+                        "is no global adjustment",
                         prior.frames),
              {{"frames", double(prior.frames)}},
              "a prior with a pose for each frame"}};

@@ -27,6 +27,10 @@ TEST_F(BadContainer, Sens)
   EXPECT_CONTAINS(openError(place), "scan.sens: the file is cut off");
   writeText(file, "\x03" + whole.substr(1));
   EXPECT_CONTAINS(openError(place), "version 3 of the .sens format; only 4 is known");
+  fs::remove(file);
+  fs::create_directory(file);
+  EXPECT_CONTAINS(openError(place), "scan.sens: is a folder, not a file");
+  fs::remove(file);
   writeText(file, whole);
   damage(place, file);
 }

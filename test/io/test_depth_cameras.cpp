@@ -49,13 +49,13 @@ noteOf(const RGBDDataset& dataset)
 }
 
 DatasetOptions
-withDepthCamera(const std::string& intrinsics, const Eigen::Vector3d& place)
+withDepthCamera(const std::string& intrinsics, const std::optional<Eigen::Vector3d>& place = {})
 {
   DatasetOptions options;
-  options.depth_camera.emplace();
   if (!intrinsics.empty())
-    options.depth_camera->intrinsics = parseIntrinsics(intrinsics);
-  options.depth_camera->color_from_depth.translation() = place;
+    options.depth_intrinsics = parseIntrinsics(intrinsics);
+  if (place)
+    options.color_from_depth = Pose(Eigen::Translation3d(*place));
   return options;
 }
 
@@ -102,8 +102,10 @@ TEST_F(DepthCameras, AnotherAspectRatioNeedsACamera)
   EXPECT_CONTAINS(openError(), "depth of 40x36");
   EXPECT_CONTAINS(openError(), "has 64x48");
   // The place alone says nothing about the lens.
-  EXPECT_CONTAINS(openError(withDepthCamera("", {0.02, 0, 0})), "--depth-intrinsics");
-  const auto dataset = openDataset(place, withDepthCamera("40,40,20,18", {0.02, 0, 0}));
+  EXPECT_CONTAINS(openError(withDepthCamera("", Eigen::Vector3d(0.02, 0, 0))),
+                  "--depth-intrinsics");
+  const auto dataset =
+      openDataset(place, withDepthCamera("40,40,20,18", Eigen::Vector3d(0.02, 0, 0)));
   EXPECT_CONTAINS(noteOf(*dataset).what, "in images of 40x36, 20 mm from the colour camera");
   const cv::Mat depth = dataset->read(1).depth;
   ASSERT_EQ(depth.size(), cv::Size(64, 48));
@@ -123,14 +125,17 @@ TEST_F(DepthCameras, ComesFromTheRecordingToo)
   const std::string note = noteOf(*openDataset(place)).what;
   EXPECT_CONTAINS(note, "20 mm from the colour camera");
   // The options say more, and what they leave open is the recording's.
-  const auto nearer = openDataset(place, withDepthCamera("", {0.01, 0, 0}));
+  const auto nearer = openDataset(place, withDepthCamera("", Eigen::Vector3d(0.01, 0, 0)));
   EXPECT_CONTAINS(noteOf(*nearer).what, "fx 40, fy 40");
   EXPECT_CONTAINS(noteOf(*nearer).what, "10 mm from the colour camera");
-  const auto wider = openDataset(place, withDepthCamera("30,30,20,18", {0, 0, 0}));
+  const auto wider = openDataset(place, withDepthCamera("30,30,20,18"));
   EXPECT_CONTAINS(noteOf(*wider).what, "fx 30, fy 30");
   EXPECT_CONTAINS(noteOf(*wider).what, "20 mm from the colour camera");
+  const auto same_place = openDataset(place, withDepthCamera("", Eigen::Vector3d::Zero()));
+  EXPECT_CONTAINS(noteOf(*same_place).what, "px in images of 40x36, 0 mm from the colour camera");
   writeText(place + "/intrinsics.txt", "60 60 32 24\n");
-  const auto by_options = openDataset(place, withDepthCamera("40,40,20,18", {0.02, 0, 0}));
+  const auto by_options =
+      openDataset(place, withDepthCamera("40,40,20,18", Eigen::Vector3d(0.02, 0, 0)));
   EXPECT_EQ(cv::norm(by_options->read(0).depth, by_file, cv::NORM_INF, by_file == by_file), 0);
 }
 
@@ -148,15 +153,15 @@ TEST_F(DepthCameras, OfRegisteredDepthIsNotUsed)
 TEST_F(DepthCameras, SizesHaveToBeThoseOfTheCamera)
 {
   writeDepth(recordings::depth(5000, {32, 24}));
-  DatasetOptions options = withDepthCamera("30,30,16,12", {0, 0, 0});
-  options.depth_camera->intrinsics.width = 40;
-  options.depth_camera->intrinsics.height = 30;
+  DatasetOptions options = withDepthCamera("30,30,16,12", Eigen::Vector3d::Zero());
+  options.depth_intrinsics->width = 40;
+  options.depth_intrinsics->height = 30;
   EXPECT_CONTAINS(openError(options), "the camera of depth has images of 40x30");
-  options = withDepthCamera("30,30,200,12", {0, 0, 0});
+  options = withDepthCamera("30,30,200,12", Eigen::Vector3d::Zero());
   EXPECT_CONTAINS(messageOf<pcl::BadArgumentException>([&] { openDataset(place, options); }),
                   "(from the camera of depth)");
-  options = withDepthCamera("30,30,16,12", {0, 0, 0});
-  options.depth_camera->color_from_depth.linear() *= 2;
+  options = withDepthCamera("30,30,16,12", Eigen::Vector3d::Zero());
+  options.color_from_depth->linear() *= 2;
   EXPECT_CONTAINS(messageOf<pcl::BadArgumentException>([&] { openDataset(place, options); }),
                   "rigid motion");
 }
@@ -179,7 +184,8 @@ TEST_F(DepthCameras, SeveralThreadsReadTheSame)
   cv::RNG random(3);
   random.fill(depth, cv::RNG::UNIFORM, 4900, 5100);
   writeDepth(depth);
-  const auto dataset = openDataset(place, withDepthCamera("30,30,16,12", {0.03, 0, 0.01}));
+  const auto dataset =
+      openDataset(place, withDepthCamera("30,30,16,12", Eigen::Vector3d(0.03, 0, 0.01)));
   const cv::Mat first = dataset->read(0).depth;
   cv::Mat others[4];
   std::vector<std::thread> threads;

@@ -199,6 +199,17 @@ TEST_F(Findings, NumberAndTimeArePairedByTime)
   EXPECT_NEAR(dataset->timestamp(7), 9 * 0.033333, 1e-9);
 }
 
+TEST_F(Findings, NumberTooLargeToBeCountedIsNone)
+{
+  const auto name = [](int frame) {
+    return std::string(24, '9') + std::to_string(frame) + "-" + padded(33333LL * frame, 12);
+  };
+  writeOpen3d(4, name, name);
+  const auto dataset = openDataset(place);
+  expectPairs(*dataset, 4);
+  EXPECT_EQ(dataset->id(3), 3u);
+}
+
 TEST_F(Findings, TheNumberThatDiffersCounts)
 {
   writeOpen3d(

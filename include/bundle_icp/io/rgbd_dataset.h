@@ -55,10 +55,11 @@ struct BUNDLE_ICP_EXPORT DatasetOptions {
   std::optional<double> field_of_view;
   /** What is known of the recording beforehand; becomes a part of RGBDDataset::findings(). */
   std::vector<Finding> findings;
-  /** Camera of depth that is not registered to colour; unset = the format's. What it leaves at its
-   *  default is that of the format as well. Depth is then moved into the colour camera, at the size
-   *  of the colour images. */
-  std::optional<DepthCamera> depth_camera;
+  /** Intrinsics of depth that is not registered to colour, see DepthCamera; unset = the format's.
+   *  Depth is then moved into the colour camera, at the size of the colour images. */
+  std::optional<CameraIntrinsics> depth_intrinsics;
+  /** DepthCamera::color_from_depth; unset = the format's. */
+  std::optional<Pose> color_from_depth;
   /** Noise of the depth images; unset = that of the intrinsics, which is the Kinect's by
    *  default. */
   std::optional<DepthNoise> depth_noise;

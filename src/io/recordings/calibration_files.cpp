@@ -4,6 +4,7 @@
 
 #include "io/pose_numbers.h"
 #include "io/recordings/calibration_json.h"
+#include "io/recordings/recorded_poses.h"
 #include "io/text_file.h"
 
 #include <bundle_icp/common/exceptions.h>
@@ -232,6 +233,12 @@ readFile(const std::string& path, Recording& recording)
 }
 
 } // namespace
+
+CameraIntrinsics
+readCameraMatrix(const std::string& path, std::size_t side)
+{
+  return fromMatrix(readNumbers(path, side * side), path);
+}
 
 bool
 readCalibrationFile(const std::string& folder, Recording& recording)

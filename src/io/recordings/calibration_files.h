@@ -16,7 +16,13 @@ namespace bundle_icp {
 bool
 readCalibrationFile(const std::string& folder, Recording& recording);
 
-/** The same from `_info.txt` or `info.txt`, as the recorder of ScanNet and BundleFusion writes
+/** Intrinsics from a file that holds nothing but their matrix, row by row.
+ *  \param side of the matrix, 3 or 4
+ *  \throws pcl::IOException naming the file and the reason. */
+CameraIntrinsics
+readCameraMatrix(const std::string& path, std::size_t side);
+
+/** As readCalibrationFile() from `_info.txt` or `info.txt`, as the recorder of ScanNet and BundleFusion writes
  *  it. */
 bool
 readSensorInfo(const std::string& folder, Recording& recording);

@@ -269,16 +269,16 @@ leaveOutCalibration(const DatasetOptions& options, Recording& recording)
                                 "give with --depth-scale and --depth-intrinsics what differs"});
 }
 
-// What is at its default is not said.
 void
-takeDepthCamera(const DepthCamera& said, Recording& recording)
+takeDepthCamera(const DatasetOptions& options, Recording& recording)
 {
+  if (!options.depth_intrinsics && !options.color_from_depth)
+    return;
   if (!recording.depth_camera)
     recording.depth_camera.emplace();
-  if (said.intrinsics.fx != 0)
-    recording.depth_camera->intrinsics = said.intrinsics;
-  if (!said.color_from_depth.matrix().isIdentity(0))
-    recording.depth_camera->color_from_depth = said.color_from_depth;
+  DepthCamera& camera = *recording.depth_camera;
+  camera.intrinsics = options.depth_intrinsics.value_or(camera.intrinsics);
+  camera.color_from_depth = options.color_from_depth.value_or(camera.color_from_depth);
 }
 
 void
@@ -322,8 +322,7 @@ makeImageFileDataset(Recording recording, const std::string& folder, const Datas
     recording.intrinsics->fy = std::abs(recording.intrinsics->fy);
   if (options.depth_noise)
     recording.intrinsics->depth_noise = *options.depth_noise;
-  if (options.depth_camera)
-    takeDepthCamera(*options.depth_camera, recording);
+  takeDepthCamera(options, recording);
   const RecordedCameras cameras = findCameras(recording, folder, options);
   decideWarp(cameras, options, recording);
   sayAssumptions(cameras, options, recording);

@@ -11,15 +11,21 @@ namespace bundle_icp {
 
 namespace {
 
-// Numbers each image by the first number that differs, or by its place; its time is n / 30 s.
+// The number that a part of a name says; `place` where it says none, or none that can be counted.
+std::size_t
+numberOr(std::size_t place, const std::string& part)
+{
+  return isNumber(part) && numberOf(part) < 1e18 ? std::size_t(numberOf(part)) : place;
+}
+
+// Numbers each image by the last number that differs, or by its place; its time is n / 30 s.
 void
 numberImages(Stream& images)
 {
   const auto parts = distinguishingParts(stemsOf(images));
   std::set<std::size_t> numbers;
   for (std::size_t i = 0; i < images.size(); ++i) {
-    const std::string& part = parts[i].back();
-    images[i].number = isNumber(part) && numberOf(part) < 1e18 ? std::size_t(numberOf(part)) : i;
+    images[i].number = numberOr(i, parts[i].back());
     numbers.insert(images[i].number);
   }
   for (std::size_t i = 0; i < images.size(); ++i) {
@@ -47,7 +53,7 @@ takeTimes(Stream& images)
     return std::nullopt;
   for (std::size_t i = 0; i < images.size(); ++i) {
     images[i].timestamp = times[i] * unit->seconds;
-    images[i].number = parts[i].size() == 2 ? std::size_t(numberOf(parts[i][0])) : i;
+    images[i].number = parts[i].size() == 2 ? numberOr(i, parts[i][0]) : i;
   }
   return unit;
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 // What ScanNet's exporters make of a .sens file: a folder each for colour, depth and poses.
+#include "io/recordings/calibration_files.h"
 #include "io/recordings/image_streams.h"
-
 #include "io/recordings/recorded_poses.h"
 
 #include <bundle_icp/common/exceptions.h>
@@ -28,18 +28,6 @@ matrixFile(const std::string& folder, const std::string& matrix, const std::stri
   return {};
 }
 
-CameraIntrinsics
-readCamera(const std::string& path)
-{
-  const std::vector<double> k = readNumbers(path, 16);
-  CameraIntrinsics camera;
-  camera.fx = k[0];
-  camera.fy = k[5];
-  camera.cx = k[2];
-  camera.cy = k[6];
-  return camera;
-}
-
 /** Depth is in the place of colour in all that ScanNet has published; it does not say which way its
  *  matrices map. */
 void
@@ -61,12 +49,12 @@ takeCameras(const std::string& folder, Recording& recording)
 {
   const std::string color = matrixFile(folder, "intrinsic", "color"),
                     depth = matrixFile(folder, "intrinsic", "depth");
-  recording.intrinsics = readCamera(color);
+  recording.intrinsics = readCameraMatrix(color, 4);
   recording.intrinsics_source = color;
   refuseOtherPlace(folder);
   if (depth.empty())
     return;
-  const CameraIntrinsics depth_camera = readCamera(depth);
+  const CameraIntrinsics depth_camera = readCameraMatrix(depth, 4);
   const CameraIntrinsics& c = *recording.intrinsics;
   if (depth_camera.fx != c.fx || depth_camera.fy != c.fy || depth_camera.cx != c.cx ||
       depth_camera.cy != c.cy)

@@ -71,15 +71,16 @@ findTimeUnit(const std::vector<SensFrame>& frames, const std::string& path, Reco
   for (const SensFrame& frame : frames)
     stamps.push_back(frame.stamp);
   const TimeUnit unit = timeUnitOf(stamps).value_or(TimeUnit{1e-6, "microseconds"});
-  recording.has_times = faultOfStamps(stamps, true).empty();
-  recording.findings.push_back(
-      {Severity::NOTE,
-       "time_stamps",
-       recording.has_times ? "the time stamps of " + path + " are in " + unit.name
-                           : "there are no time stamps: frame n counts as taken at n / 30 s",
-       {},
-       ""});
-  return recording.has_times ? std::optional<double>(unit.seconds) : std::nullopt;
+  if (!faultOfStamps(stamps, true).empty()) {
+    sayNoTimes(recording);
+    return std::nullopt;
+  }
+  recording.findings.push_back({Severity::NOTE,
+                                "time_stamps",
+                                "the time stamps of " + path + " are in " + unit.name,
+                                {},
+                                ""});
+  return unit.seconds;
 }
 
 void

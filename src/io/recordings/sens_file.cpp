@@ -3,6 +3,7 @@
 #include "io/recordings/sens_file.h"
 
 #include "io/image_file.h"
+#include "io/text_file.h"
 
 #include <bundle_icp/common/exceptions.h>
 
@@ -29,7 +30,7 @@ enum DepthEncoding : std::int32_t { RAW_DEPTH = 0, ZLIB = 1 };
 class Bytes {
 public:
   explicit Bytes(const std::string& path)
-  : path_(path), file_(path, std::ios::binary),
+  : path_(path), file_(openRegularFile(path)),
     left_(std::size_t(boost::filesystem::file_size(path)))
   {
   }

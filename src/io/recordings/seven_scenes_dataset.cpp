@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "io/recordings/calibration_files.h"
-
+#include "io/recordings/image_streams.h"
 #include "io/recordings/recorded_poses.h"
 #include "io/text_file.h"
 
@@ -63,12 +63,7 @@ collectFrames(const std::string& folder, Recording& recording)
            std::to_string(recording.frames.size()) + " frames",
        {{"frames", double(recording.frames.size())}},
        ""});
-  recording.has_times = false;
-  recording.findings.push_back({Severity::NOTE,
-                                "time_stamps",
-                                "there are no time stamps: frame n counts as taken at n / 30 s",
-                                {},
-                                ""});
+  sayNoTimes(recording);
 }
 
 // 7-Scenes has a pose for each frame.
@@ -107,12 +102,7 @@ findCalibration(const std::string& folder, Recording& recording)
     const fs::path file = place / "camera-intrinsics.txt";
     if (recording.intrinsics || !fs::exists(file))
       continue;
-    const std::vector<double> k = readNumbers(file.string(), 9);
-    recording.intrinsics.emplace();
-    recording.intrinsics->fx = k[0];
-    recording.intrinsics->fy = k[4];
-    recording.intrinsics->cx = k[2];
-    recording.intrinsics->cy = k[5];
+    recording.intrinsics = readCameraMatrix(file.string(), 3);
     recording.intrinsics_source = file.string();
   }
   if (!recording.intrinsics && !readCalibrationFile(folder, recording) &&

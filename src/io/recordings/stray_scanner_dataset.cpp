@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#include "io/recordings/calibration_files.h"
 #include "io/recordings/confidence.h"
-
 #include "io/recordings/image_streams.h"
 #include "io/recordings/recorded_poses.h"
 #include "io/text_file.h"
@@ -21,24 +21,40 @@ namespace {
 /** Time and pose of a frame, as a line of odometry.csv has them. */
 using Odometry = std::map<std::size_t, TimedPose>;
 
+void
+takeLine(const TextLine& line, const std::string& path, Odometry& odometry)
+{
+  const std::vector<double> v = parseNumbers(line, path);
+  const std::string where = path + ":" + std::to_string(line.number);
+  // Later versions of the recorder append the intrinsics of the frame.
+  if (v.size() < 9 || v[1] < 0 || v[1] > 1e9)
+    throw IOException(where + ": expected timestamp, frame, x, y, z, qx, qy, qz, qw");
+  const Eigen::Quaterniond rotation(v[8], v[5], v[6], v[7]);
+  if (std::abs(rotation.norm() - 1) > 1e-2)
+    throw IOException(where + ": the quaternion is not of unit length");
+  odometry[std::size_t(v[1])] = {v[0],
+                                 Eigen::Translation3d(v[2], v[3], v[4]) * rotation.normalized()};
+}
+
+/** The lines that can be read; a damaged one costs its frame. */
 Odometry
-readOdometry(const std::string& path)
+readOdometry(const std::string& path, Recording& recording)
 {
   Odometry odometry;
+  std::string fault;
   for (const TextLine& line : readTextLines(path)) {
     if (line.words[0] == "timestamp")
       continue;
-    const std::vector<double> v = parseNumbers(line, path);
-    const std::string where = path + ":" + std::to_string(line.number);
-    // Later versions of the recorder append the intrinsics of the frame.
-    if (v.size() < 9 || v[1] < 0 || v[1] > 1e9)
-      throw IOException(where + ": expected timestamp, frame, x, y, z, qx, qy, qz, qw");
-    const Eigen::Quaterniond rotation(v[8], v[5], v[6], v[7]);
-    if (std::abs(rotation.norm() - 1) > 1e-2)
-      throw IOException(where + ": the quaternion is not of unit length");
-    odometry[std::size_t(v[1])] = {v[0],
-                                   Eigen::Translation3d(v[2], v[3], v[4]) * rotation.normalized()};
+    try {
+      takeLine(line, path, odometry);
+    }
+    catch (const pcl::IOException& error) {
+      fault = messageOf(error);
+      recording.skipped.push_back({path, fault});
+    }
   }
+  if (odometry.empty() && !fault.empty())
+    throw IOException(fault);
   return odometry;
 }
 
@@ -46,12 +62,12 @@ readOdometry(const std::string& path)
 void
 takeOdometry(const std::string& path, Recording& recording)
 {
-  const Odometry odometry = readOdometry(path);
+  const Odometry odometry = readOdometry(path, recording);
   std::vector<RecordedFrame> frames;
   for (RecordedFrame& frame : recording.frames) {
     const auto found = odometry.find(frame.id);
     if (found == odometry.end()) {
-      recording.skipped.push_back({frame.color_file, "has no line in " + path});
+      recording.skipped.push_back({frame.color_file, "has no line that can be read in " + path});
       continue;
     }
     frame.timestamp = found->second.timestamp;
@@ -63,18 +79,6 @@ takeOdometry(const std::string& path, Recording& recording)
   recording.frames = std::move(frames);
   checkStamps(path, recording);
   finishEstimatedPoses("the device (ARKit)", recording);
-}
-
-void
-takeCamera(const std::string& path, Recording& recording)
-{
-  const std::vector<double> k = readNumbers(path, 9);
-  recording.intrinsics.emplace();
-  recording.intrinsics->fx = k[0];
-  recording.intrinsics->fy = k[4];
-  recording.intrinsics->cx = k[2];
-  recording.intrinsics->cy = k[5];
-  recording.intrinsics_source = path;
 }
 
 /** A path as a shell takes it for one word. */
@@ -124,7 +128,8 @@ readStrayScannerFolder(const std::string& folder, const DatasetOptions&)
   pairNumberedImages(listImages((place / "rgb").string()), listImages((place / "depth").string()),
                      folder, recording);
   takeOdometry((place / "odometry.csv").string(), recording);
-  takeCamera((place / "camera_matrix.csv").string(), recording);
+  recording.intrinsics_source = (place / "camera_matrix.csv").string();
+  recording.intrinsics = readCameraMatrix(recording.intrinsics_source, 3);
   useConfidence((place / "confidence").string(), recording);
   return recording;
 }
