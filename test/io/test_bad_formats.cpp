@@ -140,7 +140,7 @@ TEST_F(BadFormat, StrayScanner)
   replace(place + "/odometry.csv", "000001", "00x001");
   ASSERT_EQ(openDataset(place)->size(), 1u);
   EXPECT_CONTAINS(openDataset(place)->skipped().at(0).reason,
-                  "odometry.csv:3: \"00x001\" is not a number");
+                  "odometry.csv:3: '00x001' is not a number");
   writeText(place + "/odometry.csv", "timestamp, frame\n1, 0\n");
   EXPECT_CONTAINS(openError(place), "odometry.csv:2: expected timestamp, frame, x, y, z");
   writeText(place + "/odometry.csv", "1, 0, 0, 0, 0, 0, 0, 0, 2\n");
