@@ -22,8 +22,8 @@ readCalibrationFile(const std::string& folder, Recording& recording);
 CameraIntrinsics
 readCameraMatrix(const std::string& path, std::size_t side);
 
-/** As readCalibrationFile() from `_info.txt` or `info.txt`, as the recorder of ScanNet and BundleFusion writes
- *  it. */
+/** As readCalibrationFile(), from the `_info.txt` or `info.txt` that the recorder of ScanNet and
+ *  BundleFusion writes. */
 bool
 readSensorInfo(const std::string& folder, Recording& recording);
 
