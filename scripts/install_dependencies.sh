@@ -11,7 +11,7 @@ packages=(
   libpcl-dev libopencv-dev libceres-dev
   libflann-dev libeigen3-dev
   libboost-dev libboost-filesystem-dev libboost-program-options-dev
-  nlohmann-json3-dev liblz4-dev zlib1g-dev
+  nlohmann-json3-dev liblz4-dev zlib1g-dev libsqlite3-dev
   libgtest-dev libgmock-dev libbenchmark-dev
 )
 # What scripts/test.sh checks with besides: format, a second compiler, the documentation.

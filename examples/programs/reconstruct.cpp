@@ -7,16 +7,19 @@
 #include "print_reconstruction.h"
 #include "scan_arguments.h"
 
+#include <bundle_icp/io/joined_dataset.h>
 #include <bundle_icp/io/rgbd_dataset.h>
 #include <bundle_icp/reconstruction.h>
 
 #include <boost/algorithm/string.hpp>
 #include <boost/filesystem.hpp>
 #include <boost/program_options.hpp>
+#include <nlohmann/json.hpp>
 #include <pcl/exceptions.h>
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <functional>
 #include <iomanip>
 #include <iostream>
@@ -33,12 +36,13 @@ namespace {
 constexpr int DOUBTFUL_RESULT = 3;
 
 struct Arguments {
-  std::string scan, output, method, matching, moving, solver, device = "auto";
+  std::vector<std::string> scans;
+  std::string output, method, matching, moving, solver, device = "auto";
   DatasetOptions dataset;
   CalibrationArguments calibration;
   PoseArguments poses;
   ReconstructionOptions reconstruction;
-  bool is_quiet = false;
+  bool is_added = false, is_fresh = false, is_quiet = false;
 };
 
 /** Numbers separated by commas; empty when the text has another form. */
@@ -164,6 +168,12 @@ describe(Arguments& arguments)
                "0 = all");
   add_compared("device", po::value(&arguments.device)->value_name("NAME")->default_value("auto"),
                "device that computes: cpu, or auto, which is the same for now");
+  add_compared("add", po::bool_switch(&arguments.is_added),
+               "SCAN is added to the recordings that the result in OUT was made from: as if all "
+               "were named, with the options of this run");
+  add_compared("fresh", po::bool_switch(&arguments.is_fresh),
+               "find all features and matches anew; without it those of an earlier run are taken "
+               "from OUT/scan.db, where images, camera and options are the same");
   add_compared("quiet,q", po::bool_switch(&arguments.is_quiet), "no progress");
   add_compared("help,h", "print this text");
   add_compared("version", "print the version");
@@ -178,13 +188,16 @@ void
 printHelp(const po::options_description& visible)
 {
   std::cout
-      << "Usage: bundle_icp_reconstruct SCAN -o OUT [options]\n\n"
+      << "Usage: bundle_icp_reconstruct SCAN... -o OUT [options]\n\n"
          "Turns a recording of a hand-held RGB-D camera into OUT/trajectory.txt (camera poses,\n"
          "TUM format, metres), OUT/sparse.ply (points), OUT/mesh.ply (coloured surface),\n"
          "OUT/report.json (outcome of each frame), OUT/calibration.json (corrections to the\n"
-         "camera) and the pictures OUT/mesh.png and OUT/trajectory.png.\n"
+         "camera) and the pictures OUT/mesh.png and OUT/trajectory.png. OUT/scan.db keeps\n"
+         "features and matches: after a run that was stopped or killed, the same command goes on\n"
+         "with them; COLMAP opens it.\n"
          "SCAN is a recording in one of the formats of docs/recordings.md: TUM RGB-D, 7-Scenes,\n"
          "ScanNet, Open3D, Stray Scanner, Polycam, nerfstudio, PCL clouds, or folders of images.\n"
+         "Several recordings of one camera and one place are joined to one scan.\n"
          "The world frame is the camera frame of the earliest registered frame: x right, y down,\n"
          "z forward; with --poses it is that of the poses.\n"
          "Exit codes: 0 = done, verdict good or usable; 1 = failed; 2 = wrong usage; 3 = done and\n"
@@ -241,17 +254,51 @@ applyValues(const po::variables_map& values, Arguments& arguments)
     throw UsageError(error);
 }
 
+/** The recordings that the result in a folder was made from. */
+std::vector<std::string>
+recordingsOfResult(const std::string& folder)
+{
+  const std::string path = (boost::filesystem::path(folder) / "report.json").string();
+  std::ifstream file(path);
+  if (!file)
+    throw pcl::IOException(path + ": cannot be opened; --add needs an earlier result");
+  const auto json = nlohmann::json::parse(file, nullptr, false);
+  try {
+    return json.at("dataset").at("recordings").get<std::vector<std::string>>();
+  }
+  catch (const nlohmann::json::exception&) {
+    throw pcl::IOException(path + ": names no recordings that could be added to");
+  }
+}
+
+/** Puts those of the earlier result before the ones that were named. */
+void
+addEarlierScans(Arguments& arguments)
+{
+  std::vector<std::string> scans = recordingsOfResult(arguments.output);
+  for (const std::string& scan : arguments.scans)
+    if (std::find(scans.begin(), scans.end(), scan) == scans.end())
+      scans.push_back(scan);
+  arguments.scans = std::move(scans);
+}
+
 /** \return nothing when the user asked for help. */
 std::optional<Arguments>
 parse(int argc, char** argv)
 {
   Arguments arguments;
   const po::options_description visible = describe(arguments);
-  const auto values = parseScanArguments(argc, argv, visible, 1, arguments.scan, printHelp);
+  const auto values = parseScanArguments(argc, argv, visible, -1, arguments.scans, printHelp);
   if (!values)
     return std::nullopt;
-  if (arguments.scan.empty() || arguments.output.empty())
-    throw UsageError("expected SCAN -o OUT");
+  if (arguments.scans.empty() || arguments.output.empty())
+    throw UsageError("expected SCAN... -o OUT");
+  if (arguments.is_added)
+    addEarlierScans(arguments);
+  if (arguments.scans.size() > 1 && !(arguments.poses.poses + arguments.poses.prior).empty())
+    throw UsageError("--poses and --pose-prior: only with one SCAN, as poses have one world");
+  arguments.reconstruction.database = ScanDatabaseOptions{
+      (boost::filesystem::path(arguments.output) / "scan.db").string(), arguments.is_fresh};
   applyValues(*values, arguments);
   return arguments;
 }
@@ -269,6 +316,10 @@ printSummary(const Arguments& arguments, const RGBDDataset& dataset,
   if (!arguments.is_quiet)
     std::cerr << "sensor: " << sensorName(noise) << ", depth deviates by " << noise.constant
               << " m + " << noise.quadratic << " /m (z - " << noise.offset << " m)^2\n";
+  if (!arguments.is_quiet && result.reused.features > 0)
+    std::cerr << "of an earlier run: features of " << result.reused.features
+              << " frames, matches of " << result.reused.pairs
+              << " pairs (--fresh finds them anew)\n";
   printReasons(result, 3);
   printDoubts(result);
   printCorrections(result);
@@ -285,6 +336,32 @@ printSummary(const Arguments& arguments, const RGBDDataset& dataset,
             << result.peak_memory_bytes / 1000000 << " MB\n";
   std::cout << "Results are in " << arguments.output << "\n";
   printVerdict(result);
+}
+
+/** The scans for messages. */
+std::string
+scansOf(const Arguments& arguments)
+{
+  return boost::algorithm::join(arguments.scans, ", ");
+}
+
+/** Opens all scans as one, with the options that follow from their content. */
+RGBDDataset::Ptr
+openScans(Arguments& arguments)
+{
+  ReconstructionOptions& reconstruction = arguments.reconstruction;
+  const MapperOptions before = reconstruction.mapper;
+  std::vector<RGBDDataset::Ptr> recordings;
+  for (const std::string& scan : arguments.scans) {
+    reconstruction.mapper = before;
+    recordings.push_back(
+        openCalibrated(scan, arguments.dataset, arguments.calibration, reconstruction.mapper));
+  }
+  if (recordings.size() > 1)
+    return std::make_shared<JoinedDataset>(std::move(recordings));
+  takeRecordedPoses(arguments.poses, arguments.scans.front(), arguments.dataset.max_time_difference,
+                    *recordings.front(), reconstruction);
+  return recordings.front();
 }
 
 /** Takes the folder of the results away again where a run made it and leaves it empty. */
@@ -321,7 +398,8 @@ stopMessage(const Arguments& arguments, const ReconstructionResult& result)
     stages += (stages.empty() ? "" : ", ") + stage;
   return "stopped by a signal (stages begun: " + stages + "; " + std::to_string(registered) +
          " of " + std::to_string(result.frames.size()) + " frames had a pose); " +
-         arguments.output + " is as it was";
+         arguments.output +
+         " is as it was, but for scan.db: the same command goes on with what it holds";
 }
 
 int
@@ -330,11 +408,7 @@ runReconstruction(int argc, char** argv)
   std::optional<Arguments> arguments = parse(argc, argv);
   if (!arguments)
     return 0;
-  const RGBDDataset::Ptr dataset =
-      openCalibrated(arguments->scan, arguments->dataset, arguments->calibration,
-                     arguments->reconstruction.mapper);
-  takeRecordedPoses(arguments->poses, arguments->scan, arguments->dataset.max_time_difference,
-                    *dataset, arguments->reconstruction);
+  const RGBDDataset::Ptr dataset = openScans(*arguments);
   const ResultFolder result_folder(arguments->output);
   ReconstructionResult result;
   {
@@ -348,10 +422,10 @@ runReconstruction(int argc, char** argv)
     printReasons(result, result.frames.size());
     for (const Finding& finding : findingsAboveNote(result))
       std::cerr << toString(finding) << "\n";
-    throw pcl::PCLException(arguments->scan + ": no two frames could be connected");
+    throw pcl::PCLException(scansOf(*arguments) + ": no two frames could be connected");
   }
   if (result.status == ReconstructionStatus::NO_OBJECT)
-    throw pcl::PCLException(arguments->scan + ": --roi object: " + result.object->reason);
+    throw pcl::PCLException(scansOf(*arguments) + ": --roi object: " + result.object->reason);
   writeReconstruction(arguments->output, *dataset, arguments->reconstruction, result);
   printSummary(*arguments, *dataset, result);
   return result.verdict() == Verdict::DOUBTFUL ? DOUBTFUL_RESULT : 0;

@@ -60,6 +60,12 @@ struct BUNDLE_ICP_EXPORT GivenPoses {
   isValid(std::string* error = nullptr) const;
 };
 
+/** Where reconstruct() keeps features and matches. */
+struct ScanDatabaseOptions {
+  std::string path;   ///< file (SQLite, with the tables of COLMAP), made where it is missing
+  bool fresh = false; ///< true: what the file holds is forgotten
+};
+
 /** How reconstruct() works: the options of its steps. */
 struct BUNDLE_ICP_EXPORT ReconstructionOptions {
   /** F2M_ICP and VISUAL_ICP need frames in time order; the other methods take any order. */
@@ -83,6 +89,10 @@ struct BUNDLE_ICP_EXPORT ReconstructionOptions {
   /** When set, the surface is limited to the object on the dominant plane, see findObjectRegion().
    *  volume.region is then ignored. */
   std::optional<ObjectRegionOptions> object;
+  /** When set, features and matches are kept on disk, and a later run takes what the same pixels,
+   *  camera and options have given; the result is the same as without. Not with find_features, nor
+   *  where no features are found. */
+  std::optional<ScanDatabaseOptions> database;
   /** Bundle ICP works on depth images reduced by this integer factor, or by less where a side would
    *  fall below 120 px. The reduction averages pixels, and the noise of neighbouring pixels is
    *  correlated: at 640x480, a factor of 1 is slower and no more accurate. */
@@ -135,6 +145,12 @@ struct FrameReport : FrameRegistration {
   double moving_share = 0;
 };
 
+/** What a run took from ReconstructionOptions::database. */
+struct ReusedWork {
+  std::size_t features = 0; ///< frames whose features were known
+  std::size_t pairs = 0;    ///< pairs of frames that were matched before
+};
+
 /** Result of reconstruct(). The world frame is the camera frame of the earliest registered frame of
  *  component 0, or that of ReconstructionOptions::poses. */
 struct ReconstructionResult {
@@ -155,6 +171,7 @@ struct ReconstructionResult {
   std::optional<ObjectRegion> object;     ///< set when ReconstructionOptions::object asks for it
   pcl::PolygonMesh mesh;  ///< fields of toPolygonMesh(), among them those of PointXYZRGBNormal
   MeshReport mesh_report; ///< how the mesh was cleaned and decimated
+  ReusedWork reused;      ///< by this run, which gives the same with and without
   std::vector<std::pair<std::string, double>> timing_s; ///< wall time of each stage [s]
   std::size_t peak_memory_bytes = 0;                    ///< peak memory of the process so far
 
@@ -178,9 +195,10 @@ struct ReconstructionResult {
 class BUNDLE_ICP_EXPORT PreparedScan {
 public:
   /** \param dataset has to outlive the scan
-   *  \param options only moving, features, graph, depth_reduction, virtual depth and threads have
-   *  an effect
-   *  \throws pcl::BadArgumentException for invalid options or an empty dataset. */
+   *  \param options only moving, features, graph, database, depth_reduction, virtual depth and
+   *  threads have an effect
+   *  \throws pcl::BadArgumentException for invalid options or an empty dataset, and
+   *  pcl::IOException when the file of options.database cannot be used. */
   PreparedScan(const RGBDDataset& dataset, const ReconstructionOptions& options);
   ~PreparedScan();
 
@@ -201,7 +219,8 @@ private:
  *  be read are skipped and reported.
  *  The dataset's prior poses serve RefinementOptions::pose_prior.
  *  \throws pcl::BadArgumentException for invalid options, an empty dataset, an invalid prior, or
- *  given poses none of which fits a frame in time. */
+ *  given poses none of which fits a frame in time, and pcl::IOException
+ *  when the file of options.database cannot be used or written. */
 BUNDLE_ICP_EXPORT ReconstructionResult
 reconstruct(const RGBDDataset& dataset, const ReconstructionOptions& options = {},
             const ProgressCallback& progress = {});

@@ -207,7 +207,7 @@ verifyMatches(const Features& first, const Features& second,
 std::vector<FramePair>
 matchPairs(const std::vector<const Features*>& features, const CameraIntrinsics& camera,
            const std::vector<std::pair<std::size_t, std::size_t>>& candidates,
-           const MatchingOptions& options, const ProgressCallback& progress)
+           const MatchingOptions& options, const ProgressCallback& progress, MatchStore* store)
 {
   checkArguments(features.size(), candidates, options);
   std::vector<PreparedDescriptors> prepared(features.size());
@@ -217,11 +217,19 @@ matchPairs(const std::vector<const Features*>& features, const CameraIntrinsics&
   std::vector<FramePair> slots(candidates.size());
   parallelFor(candidates.size(), options.num_threads, {"matching", progress}, [&](std::size_t c) {
     const auto [i, j] = candidates[c];
+    if (std::optional<FramePair> known = store ? store->find(i, j) : std::nullopt) {
+      slots[c] = std::move(*known);
+      slots[c].first = i;
+      slots[c].second = j;
+      return;
+    }
     const std::vector<FeatureMatch> putative = match(
         features[i]->descriptors, features[j]->descriptors, prepared[i], prepared[j], options);
     slots[c] = verifyMatches(*features[i], *features[j], putative, camera, options);
     slots[c].first = i;
     slots[c].second = j;
+    if (store)
+      store->add(slots[c]);
   });
   slots.erase(std::remove_if(slots.begin(), slots.end(),
                              [](const FramePair& pair) { return pair.matches.empty(); }),

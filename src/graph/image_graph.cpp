@@ -183,7 +183,7 @@ ImageGraph::Impl::excludeFrames()
 
 bool
 ImageGraph::append(std::vector<ImageNode> frames, bool ordered_in_time,
-                   const ProgressCallback& progress)
+                   const ProgressCallback& progress, MatchStore* store)
 {
   if (!impl_->has_descriptors)
     throw BadArgumentException(
@@ -204,7 +204,7 @@ ImageGraph::append(std::vector<ImageNode> frames, bool ordered_in_time,
   const std::vector<const Features*> features = impl_->allFeatures();
   std::vector<FramePair> pairs =
       matchPairs(features, impl_->camera, {candidates.begin(), candidates.end()},
-                 impl_->options.matching, watch);
+                 impl_->options.matching, watch, store);
   separateMotions(features, impl_->camera, pairs);
   for (FramePair& pair : pairs) {
     graph[pair.first].correspondences += pair.matches.size();

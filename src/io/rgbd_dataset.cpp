@@ -90,8 +90,11 @@ recordingsOfOtherKinds(const std::string& folder)
 Recording
 readRecording(const std::string& path, const DatasetOptions& options)
 {
-  if (const RecordingFormat* const format = findFormat(path))
-    return format->read(path, options);
+  if (const RecordingFormat* const format = findFormat(path)) {
+    Recording recording = format->read(path, options);
+    recording.path = path;
+    return recording;
+  }
   if (!fs::is_directory(path))
     throw IOException(path +
                       ": is not a folder, and no recording in one file (x.sens, transforms.json)");

@@ -65,6 +65,12 @@ public:
     return dataset_.name(index);
   }
 
+  std::string
+  recording(std::size_t index) const override
+  {
+    return dataset_.recording(index);
+  }
+
   RGBDFrame
   read(std::size_t index) const override
   {

@@ -90,6 +90,11 @@ PreparedScan::Impl::Impl(const RGBDDataset& dataset, const ReconstructionOptions
     frames_[i].timestamp = dataset.timestamp(i);
     frames_[i].name = dataset.name(i);
   }
+  // What the caller's own function gives may change without a sign.
+  const bool needs_features =
+      !options.poses && options.method != ReconstructionMethod::F2M_ICP && !options.find_features;
+  if (options.database && needs_features)
+    stored_ = std::make_unique<StoredFrames>(dataset, options);
 }
 
 template <class Body>
@@ -145,25 +150,44 @@ PreparedScan::Impl::findStaying()
     dataset_.setMask([this](const RGBDFrame& frame) { return staying_.movingIn(frame); });
 }
 
+/** A frame that cannot be read, or whose features fail, is left out; a database that fails ends the
+ *  run. */
+void
+PreparedScan::Impl::extract(std::size_t i)
+{
+  const auto succeeds = [this, i](const auto& step) {
+    try {
+      step();
+      return true;
+    }
+    catch (const pcl::IOException& error) {
+      frames_[i].reason = error.what();
+      return false;
+    }
+  };
+  RGBDFrame rgbd;
+  if (!succeeds([&] { rgbd = dataset_.read(i); }))
+    return;
+  std::optional<Features> features = stored_ ? stored_->features(i, rgbd) : std::nullopt;
+  if (!features) {
+    if (!succeeds(
+            [&] { features = findFeatures(rgbd, dataset_.camera(), frames_[i].name, options_); }))
+      return;
+    if (stored_)
+      stored_->addFeatures(i, *features);
+  }
+  frames_[i].features = features->size();
+  nodes_[i] = {std::move(*features), frames_[i].timestamp, dataset_.prior(i)};
+  depth_views_.set(i, rgbd.depth);
+}
+
 bool
 PreparedScan::Impl::extractAll(const ProgressCallback& progress)
 {
   depth_views_.resize(dataset_.size());
   nodes_.resize(dataset_.size());
-  const LoopProgress report{"features", progress};
-  const bool completed =
-      parallelFor(dataset_.size(), options_.num_threads, report, [this](std::size_t i) {
-        try {
-          const RGBDFrame rgbd = dataset_.read(i);
-          nodes_[i] = {findFeatures(rgbd, dataset_.camera(), frames_[i].name, options_),
-                       frames_[i].timestamp, dataset_.prior(i)};
-          frames_[i].features = nodes_[i].features.size();
-          depth_views_.set(i, rgbd.depth);
-        }
-        catch (const pcl::IOException& error) {
-          frames_[i].reason = error.what();
-        }
-      });
+  const bool completed = parallelFor(dataset_.size(), options_.num_threads, {"features", progress},
+                                     [this](std::size_t i) { extract(i); });
   returnMemory();
   return completed;
 }
@@ -184,7 +208,9 @@ PreparedScan::Impl::buildGraph(const ProgressCallback& progress)
     nodes.push_back(std::move(nodes_[frame]));
   }
   graph_ = std::make_shared<ImageGraph>(dataset_.camera(), options_.graph);
-  return graph_->append(std::move(nodes), dataset_.isOrdered(), progress);
+  if (stored_)
+    stored_->setNodes(frame_of_node_);
+  return graph_->append(std::move(nodes), dataset_.isOrdered(), progress, stored_.get());
 }
 
 const Features&

@@ -5,6 +5,7 @@
 #include "scan/depth_view_store.h"
 #include "scan/filtered_dataset.h"
 #include "scan/staying_pixels.h"
+#include "scan/stored_frames.h"
 
 #include <bundle_icp/reconstruction.h>
 
@@ -77,6 +78,12 @@ public:
     return frame_of_node_;
   }
 
+  ReusedWork
+  reused() const
+  {
+    return stored_ ? stored_->reused() : ReusedWork();
+  }
+
   DepthViewStore&
   depthViews()
   {
@@ -102,6 +109,8 @@ private:
   runOnce(const char* name, Stage& stage, Timing& timing, const Body& body);
   void
   findStaying();
+  void
+  extract(std::size_t i);
   bool
   extractAll(const ProgressCallback& progress);
   bool
@@ -113,6 +122,7 @@ private:
   std::vector<ImageNode> nodes_; ///< of each frame, until the graph takes them
   std::vector<std::size_t> frame_of_node_, node_of_frame_;
   std::shared_ptr<ImageGraph> graph_;
+  std::unique_ptr<StoredFrames> stored_; ///< null = nothing is kept on disk
   DepthViewStore depth_views_;
   StayingPixels staying_;
   std::vector<Finding> check_findings_;

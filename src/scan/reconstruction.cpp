@@ -155,6 +155,7 @@ Reconstruction::prepare()
       (scan_.needFeatures(progress_, result_.timing_s) &&
        (isTracking(options_.method) || scan_.needGraph(progress_, result_.timing_s)));
   result_.frames = scan_.frames();
+  result_.reused = scan_.reused();
   addFindings(stayingFindings(scan_.staying(), options_.moving));
   return completed;
 }

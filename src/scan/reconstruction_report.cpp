@@ -22,8 +22,12 @@ toJson(const FrameReport& frame)
             {"timestamp", frame.timestamp},
             {"name", frame.name},
             {"registered", frame.registered}};
-  if (frame.registered)
+  if (frame.registered) {
+    const Eigen::Vector3d t = frame.world_from_camera.translation();
+    const Eigen::Quaterniond q(frame.world_from_camera.linear());
     json["component"] = frame.component;
+    json["world_from_camera"] = {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()};
+  }
   if (!frame.reason.empty())
     json["reason"] = frame.reason;
   json["verdict"] = toString(frame.verdict);
@@ -224,6 +228,18 @@ makePrintable(Json& json)
       makePrintable(part);
 }
 
+/** The recordings that the frames belong to, each once. */
+Json
+recordingsOf(const RGBDDataset& dataset)
+{
+  Json recordings = Json::array();
+  for (std::size_t i = 0; i < dataset.size(); ++i)
+    if (const std::string recording = dataset.recording(i);
+        std::find(recordings.begin(), recordings.end(), recording) == recordings.end())
+      recordings.push_back(recording);
+  return recordings;
+}
+
 } // namespace
 
 nlohmann::ordered_json
@@ -231,15 +247,21 @@ makeReport(const RGBDDataset& dataset, const ReconstructionOptions& options,
            const ReconstructionResult& result)
 {
   Json report{{"version", BUNDLE_ICP_VERSION},
-              {"dataset", {{"format", dataset.format()}, {"frames", dataset.size()}}},
+              {"dataset",
+               {{"format", dataset.format()},
+                {"frames", dataset.size()},
+                {"recordings", recordingsOf(dataset)}}},
               {"status", toString(result.status)},
               {"verdict", toString(result.verdict())},
               {"findings", Json::array()}};
   for (const Finding& finding : result.findings)
     report["findings"].push_back(toJson(finding));
   report["frames"] = Json::array();
-  for (const FrameReport& frame : result.frames)
-    report["frames"].push_back(toJson(frame));
+  for (std::size_t i = 0; i < result.frames.size(); ++i) {
+    Json frame = toJson(result.frames[i]);
+    frame["recording"] = dataset.recording(i);
+    report["frames"].push_back(frame);
+  }
   report["skipped_files"] = Json::array();
   for (const SkippedFile& skipped : dataset.skipped())
     report["skipped_files"].push_back({{"file", skipped.file}, {"reason", skipped.reason}});

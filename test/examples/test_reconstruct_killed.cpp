@@ -63,6 +63,28 @@ protected:
 
 } // namespace
 
+TEST_F(ReconstructKilled, TheSameCommandGoesOn)
+{
+  simulate();
+  const auto start = std::chrono::steady_clock::now();
+  ASSERT_EQ(runProgram("bundle_icp_reconstruct", arguments("0.02")).exit_code, 0);
+  const auto whole_run = std::chrono::duration_cast<std::chrono::microseconds>(
+      std::chrono::steady_clock::now() - start);
+  const std::string poses = readText(out + "/trajectory.txt"), mesh = readText(out + "/mesh.ply");
+  std::mt19937 random(2);
+  std::uniform_real_distribution<double> share(0, 1);
+  for (int k = 0; k < 10; ++k) {
+    boost::filesystem::remove_all(out);
+    const auto time =
+        std::chrono::microseconds(std::int64_t(share(random) * double(whole_run.count())));
+    runAndKill("0.02", time);
+    const ProgramResult result = runProgram("bundle_icp_reconstruct", arguments("0.02"));
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_TRUE(readText(out + "/trajectory.txt") == poses) << "kill after " << time.count();
+    EXPECT_TRUE(readText(out + "/mesh.ply") == mesh) << "kill after " << time.count();
+  }
+}
+
 TEST_F(ReconstructKilled, TheFolderIsWhollyOldOrWhollyNew)
 {
   simulate();

@@ -13,6 +13,7 @@
 #include <pcl/io/ply_io.h>
 
 #include <map>
+#include <sstream>
 
 using namespace bundle_icp;
 
@@ -68,7 +69,7 @@ TEST_F(ReconstructScan, TheFolderOfTheResultMayBeTheOneWhereOneIs)
 TEST_F(ReconstructScan, TheReportListsAllFiles)
 {
   ASSERT_EQ(reconstruct().exit_code, 0);
-  std::set<std::string> listed{"report.json"};
+  std::set<std::string> listed{"report.json", "scan.db"}; // what goes on changing is not listed
   const nlohmann::json json = report();
   for (const auto& file : json["files"]) {
     const std::string name = file["name"], bytes = readText(out + "/" + name);
@@ -89,7 +90,7 @@ TEST_F(ReconstructScan, GivesPosesPointsMeshAndReport)
   EXPECT_CONTAINS(result.out, "12 of 12 frames have a pose in one world");
   EXPECT_EQ(namesIn(out),
             (std::set<std::string>{"calibration.json", "mesh.ply", "mesh.png", "report.json",
-                                   "sparse.ply", "trajectory.png", "trajectory.txt"}));
+                                   "scan.db", "sparse.ply", "trajectory.png", "trajectory.txt"}));
   const Trajectory truth = readTrajectory(scan + "/groundtruth.txt"),
                    estimate = readTrajectory(out + "/trajectory.txt");
   EXPECT_EQ(estimate.size(), 12u);
@@ -231,4 +232,59 @@ TEST_F(ReconstructScan, StrideAndLimitOfFrames)
 {
   ASSERT_EQ(reconstruct({"--no-mesh", "--stride", "2", "--max-frames", "3"}).exit_code, 0);
   EXPECT_EQ(ids(), (std::vector<std::size_t>{0, 2, 4}));
+}
+
+TEST_F(ReconstructScan, FramesOfALaterRecordingAreAdded)
+{
+  // Two recordings, of every other frame each.
+  const std::string first = folder.path("first"), second = folder.path("second");
+  for (const std::string& part : {first, second}) {
+    boost::filesystem::create_directory(part);
+    for (const char* const images : {"rgb", "depth"})
+      boost::filesystem::create_directory_symlink(scan + "/" + images, part + "/" + images);
+    boost::filesystem::copy_file(scan + "/intrinsics.txt", part + "/intrinsics.txt");
+    for (const char* const list : {"rgb.txt", "depth.txt"}) {
+      std::istringstream lines(readText(scan + "/" + list));
+      std::string text, kept;
+      for (int i = 0; std::getline(lines, text);)
+        if (text[0] != '#' && (i++ % 2 == 0) == (part == first))
+          kept += text + "\n";
+      writeText(part + "/" + list, kept);
+    }
+  }
+  ASSERT_EQ(runProgram("bundle_icp_reconstruct", {first, "-o", out, "--no-mesh", "-q"}).exit_code,
+            0);
+  const ProgramResult result =
+      runProgram("bundle_icp_reconstruct", {second, "-o", out, "--no-mesh", "--add"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_CONTAINS(result.out, "12 of 12 frames have a pose in one world");
+  EXPECT_CONTAINS(result.err, "of an earlier run: features of 6 frames, matches of 15 pairs");
+  const nlohmann::json json = report();
+  EXPECT_EQ(json["dataset"]["recordings"], (std::vector<std::string>{first, second}));
+  for (const auto& frame : json["frames"]) {
+    EXPECT_TRUE(frame["recording"] == first || frame["recording"] == second);
+    EXPECT_EQ(frame["world_from_camera"].size(), 7u);
+  }
+  // As if both were named at once.
+  const std::string poses = readText(out + "/trajectory.txt");
+  ASSERT_EQ(runProgram("bundle_icp_reconstruct",
+                       {first, second, "-o", folder.path("both"), "--no-mesh", "-q"})
+                .exit_code,
+            0);
+  EXPECT_EQ(readText(folder.path("both") + "/trajectory.txt"), poses);
+}
+
+TEST_F(ReconstructScan, NothingIsAddedToNoResult)
+{
+  const std::vector<std::string> arguments{scan, "-o", out, "--add"};
+  ProgramResult result = runProgram("bundle_icp_reconstruct", arguments);
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_CONTAINS(result.err, "report.json: cannot be opened; --add needs an earlier result");
+  for (const std::string content : {"{}", "no JSON", R"({"dataset": {"recordings": [3]}})"}) {
+    writeText(out + "/report.json", content);
+    result = runProgram("bundle_icp_reconstruct", arguments);
+    EXPECT_EQ(result.exit_code, 1);
+    EXPECT_CONTAINS(result.err, "report.json: names no recordings");
+    EXPECT_EQ(readText(out + "/report.json"), content);
+  }
 }

@@ -4,6 +4,8 @@
 #include "scan/frames.h"
 #include "temporary_folder.h"
 
+#include <bundle_icp/io/joined_dataset.h>
+
 #include <opencv2/imgcodecs.hpp>
 
 #include <algorithm>
@@ -266,4 +268,13 @@ TEST(Reconstruct, RefusesInvalidOptionsAndEmptyDatasets)
   EXPECT_CONTAINS(message(options), "voxel_size");
   EXPECT_CONTAINS(messageOf<pcl::BadArgumentException>([] { reconstruct(Frames({})); }),
                   "reconstruct: the dataset has no frames");
+}
+
+TEST(Reconstruct, RecordingsOfOnePlaceBecomeOneScan)
+{
+  const auto evens = std::make_shared<Frames>(std::vector<std::size_t>{0, 8, 16, 24});
+  const auto odds = std::make_shared<Frames>(std::vector<std::size_t>{4, 12, 20, 28});
+  const ReconstructionResult result = reconstruct(JoinedDataset({evens, odds}), withoutMesh());
+  EXPECT_EQ(result.component_sizes, std::vector<std::size_t>{8});
+  EXPECT_LT(largestError(result), 0.005);
 }

@@ -62,6 +62,22 @@ struct FramePair {
   std::size_t num_putative = 0; ///< matches before verification
 };
 
+/** Keeps what matching found, for a later run with the same images and options. Several threads may
+ *  call all methods at once. */
+class BUNDLE_ICP_EXPORT MatchStore {
+public:
+  virtual ~MatchStore() = default;
+
+  /** What verifyMatches() gave for two images, without matches where they share too few; unset when
+   *  it is not known. */
+  virtual std::optional<FramePair>
+  find(std::size_t first, std::size_t second) = 0;
+
+  /** Takes what verifyMatches() gave for images pair.first and pair.second. */
+  virtual void
+  add(const FramePair& pair) = 0;
+};
+
 /** One-to-one matches that pass the ratio test and the mutual test; ascending in `first`. */
 BUNDLE_ICP_EXPORT std::vector<FeatureMatch>
 matchDescriptors(const cv::Mat& first, const cv::Mat& second, const MatchingOptions& options = {});
@@ -76,10 +92,12 @@ verifyMatches(const Features& first, const Features& second,
 
 /** Matches and verifies the candidate pairs (indices into `features`) in parallel. Returns the
  *  pairs with an edge, in the order of the candidates. The result does not depend on the threads.
+ *  \param store gives pairs that were matched before, and takes the others; may be null
  *  \throws pcl::BadArgumentException for invalid options or indices. */
 BUNDLE_ICP_EXPORT std::vector<FramePair>
 matchPairs(const std::vector<const Features*>& features, const CameraIntrinsics& camera,
            const std::vector<std::pair<std::size_t, std::size_t>>& candidates,
-           const MatchingOptions& options = {}, const ProgressCallback& progress = {});
+           const MatchingOptions& options = {}, const ProgressCallback& progress = {},
+           MatchStore* store = nullptr);
 
 } // namespace bundle_icp

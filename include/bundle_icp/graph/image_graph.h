@@ -71,11 +71,12 @@ public:
   /** Adds frames and matches them with each other and with the frames of the graph. Pointers and
    *  references to existing nodes and edges become invalid.
    *  \param ordered_in_time true when close time stamps make two frames likely neighbours
+   *  \param store as of matchPairs()
    *  \return false when `progress` asked to stop; edges are then missing.
    *  \throws pcl::BadArgumentException after releaseDescriptors(). */
   bool
-  append(std::vector<ImageNode> frames, bool ordered_in_time,
-         const ProgressCallback& progress = {});
+  append(std::vector<ImageNode> frames, bool ordered_in_time, const ProgressCallback& progress = {},
+         MatchStore* store = nullptr);
 
   /** Frees the descriptors, the largest part of a graph. Afterwards no frames can be appended.
    *  \param keep_key_frames keeps the descriptors of key frames: a mapper finds further matches

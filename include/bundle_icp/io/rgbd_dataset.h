@@ -126,6 +126,13 @@ public:
   virtual std::string
   name(std::size_t index) const = 0;
 
+  /** Recording that frame `index` belongs to: its path as it was given; empty in memory. */
+  virtual std::string
+  recording(std::size_t /*index*/) const
+  {
+    return {};
+  }
+
   /** Reads frame `index`: colour and depth undistorted, depth in metres.
    *  \throws pcl::IOException naming the file and what is wrong with the file. */
   virtual RGBDFrame

@@ -38,6 +38,7 @@ public:
 
 /** Result of a format's reader: everything about a recording except its pixels. */
 struct Recording {
+  std::string path; ///< as it was given
   std::string format;
   std::vector<RecordedFrame> frames;
   std::optional<CameraIntrinsics> intrinsics; ///< size 0 = that of the images

@@ -94,6 +94,12 @@ public:
     return recording_.frames.at(index).color_file;
   }
 
+  std::string
+  recording(std::size_t /*index*/) const override
+  {
+    return recording_.path;
+  }
+
   RGBDFrame
   read(std::size_t index) const override;
 

@@ -1,0 +1,690 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#include "scan/scan_database.h"
+
+#include <bundle_icp/common/exceptions.h>
+
+#include <boost/filesystem.hpp>
+#include <sqlite3.h>
+#include <zlib.h>
+
+#include <chrono>
+#include <cstring>
+#include <map>
+#include <mutex>
+#include <vector>
+
+namespace bundle_icp {
+namespace {
+
+using Bytes = std::string;
+
+constexpr std::int64_t APPLICATION_ID = 0x62696370; ///< "bicp", in the header of the file
+constexpr std::int64_t SCHEMA_VERSION = 1;
+constexpr std::int64_t MAX_IMAGES = 2147483647; ///< of COLMAP's pair_id
+/** COLMAP's descriptors are in units of 1/512, ours in 1/256 and at most 127. */
+constexpr double DESCRIPTOR_UNITS = 2;
+constexpr int PINHOLE = 1;    ///< COLMAP's number of the camera model fx, fy, cx, cy
+constexpr int CALIBRATED = 2; ///< COLMAP's number of a pair with an essential matrix
+/** COLMAP's pixels have their centres at halves. */
+constexpr float PIXEL_CENTRE = 0.5f;
+/** No more work than this is lost with the process. */
+constexpr std::chrono::seconds LONGEST_TRANSACTION{1};
+
+/** Tables of COLMAP 3.8, then what they lack. PRAGMA user_version is COLMAP's. */
+const char* const TABLES = R"sql(
+CREATE TABLE cameras (camera_id INTEGER PRIMARY KEY AUTOINCREMENT NOT NULL, model INTEGER NOT NULL,
+  width INTEGER NOT NULL, height INTEGER NOT NULL, params BLOB, prior_focal_length INTEGER NOT NULL);
+CREATE TABLE images (image_id INTEGER PRIMARY KEY AUTOINCREMENT NOT NULL, name TEXT NOT NULL UNIQUE,
+  camera_id INTEGER NOT NULL, prior_qw REAL, prior_qx REAL, prior_qy REAL, prior_qz REAL,
+  prior_tx REAL, prior_ty REAL, prior_tz REAL,
+  CONSTRAINT image_id_check CHECK (image_id >= 0 AND image_id < 2147483647),
+  FOREIGN KEY (camera_id) REFERENCES cameras (camera_id));
+CREATE UNIQUE INDEX index_name ON images (name);
+CREATE TABLE keypoints (image_id INTEGER PRIMARY KEY NOT NULL, rows INTEGER NOT NULL,
+  cols INTEGER NOT NULL, data BLOB,
+  FOREIGN KEY (image_id) REFERENCES images (image_id) ON DELETE CASCADE);
+CREATE TABLE descriptors (image_id INTEGER PRIMARY KEY NOT NULL, rows INTEGER NOT NULL,
+  cols INTEGER NOT NULL, data BLOB,
+  FOREIGN KEY (image_id) REFERENCES images (image_id) ON DELETE CASCADE);
+CREATE TABLE matches (pair_id INTEGER PRIMARY KEY NOT NULL, rows INTEGER NOT NULL,
+  cols INTEGER NOT NULL, data BLOB);
+CREATE TABLE two_view_geometries (pair_id INTEGER PRIMARY KEY NOT NULL, rows INTEGER NOT NULL,
+  cols INTEGER NOT NULL, data BLOB, config INTEGER NOT NULL, F BLOB, E BLOB, H BLOB, qvec BLOB,
+  tvec BLOB);
+
+CREATE TABLE bundle_icp_schema (version INTEGER NOT NULL);
+CREATE TABLE bundle_icp_features (image_id INTEGER PRIMARY KEY NOT NULL, content INTEGER NOT NULL,
+  sharpness REAL, pixels BLOB, pixel_sigmas BLOB, depths BLOB, depth_sigmas BLOB,
+  depth_slopes BLOB, colors BLOB, checksum INTEGER,
+  FOREIGN KEY (image_id) REFERENCES images (image_id) ON DELETE CASCADE);
+CREATE TABLE bundle_icp_pairs (pair_id INTEGER PRIMARY KEY NOT NULL, first INTEGER NOT NULL,
+  second INTEGER NOT NULL, settings INTEGER NOT NULL, num_putative INTEGER NOT NULL, matches BLOB,
+  first_from_second BLOB, other_matches BLOB, other_first_from_second BLOB,
+  checksum INTEGER NOT NULL,
+  FOREIGN KEY (first) REFERENCES images (image_id) ON DELETE CASCADE,
+  FOREIGN KEY (second) REFERENCES images (image_id) ON DELETE CASCADE);
+CREATE INDEX bundle_icp_pairs_first ON bundle_icp_pairs (first);
+CREATE INDEX bundle_icp_pairs_second ON bundle_icp_pairs (second);
+CREATE TRIGGER bundle_icp_forget_pair AFTER DELETE ON bundle_icp_pairs BEGIN
+  DELETE FROM matches WHERE pair_id = OLD.pair_id;
+  DELETE FROM two_view_geometries WHERE pair_id = OLD.pair_id;
+END;
+)sql";
+
+/** A connection; failures become pcl::IOException. */
+class Connection {
+public:
+  explicit Connection(const std::string& path) : path_(path)
+  {
+    const int code = sqlite3_open_v2(path.c_str(), &handle_,
+                                     SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE, nullptr);
+    if (code == SQLITE_OK)
+      return;
+    const std::string reason = reasonOf(code);
+    sqlite3_close(handle_);
+    throw IOException(path + ": " + reason);
+  }
+
+  ~Connection()
+  {
+    for (const auto& [sql, statement] : statements_)
+      sqlite3_finalize(statement);
+    sqlite3_close(handle_);
+  }
+
+  Connection(const Connection&) = delete;
+  Connection&
+  operator=(const Connection&) = delete;
+
+  void
+  execute(const char* sql)
+  {
+    check(sqlite3_exec(handle_, sql, nullptr, nullptr, nullptr));
+  }
+
+  /** Compiled once. */
+  sqlite3_stmt*
+  statement(const char* sql)
+  {
+    sqlite3_stmt*& statement = statements_[sql];
+    if (!statement)
+      check(sqlite3_prepare_v3(handle_, sql, -1, SQLITE_PREPARE_PERSISTENT, &statement, nullptr));
+    return statement;
+  }
+
+  void
+  check(int code) const
+  {
+    if (code != SQLITE_OK)
+      throw IOException(path_ + ": " + reasonOf(code));
+  }
+
+  [[noreturn]] void
+  failDamaged() const
+  {
+    throw IOException(path_ + ": " + reasonOf(SQLITE_CORRUPT));
+  }
+
+  std::int64_t
+  lastInserted() const
+  {
+    return sqlite3_last_insert_rowid(handle_);
+  }
+
+  const std::string&
+  path() const
+  {
+    return path_;
+  }
+
+private:
+  std::string
+  reasonOf(int code) const
+  {
+    const int system_error = handle_ ? sqlite3_system_errno(handle_) : 0;
+    switch (code & 0xff) {
+    case SQLITE_BUSY:
+    case SQLITE_LOCKED:
+      return "another process uses it; wait until that has ended";
+    case SQLITE_NOTADB:
+      return "is no scan database; move it away";
+    case SQLITE_CORRUPT:
+      return "is damaged; move it away";
+    case SQLITE_IOERR:
+      return std::string("cannot be written: ") +
+             (system_error != 0 ? std::strerror(system_error) : sqlite3_errmsg(handle_));
+    case SQLITE_FULL:
+      return "the disk is full";
+    case SQLITE_READONLY:
+      return "may not be written";
+    default:
+      return std::string(handle_ ? sqlite3_errmsg(handle_) : "out of memory") +
+             (system_error != 0 ? std::string(": ") + std::strerror(system_error) : "");
+    }
+  }
+
+  const std::string path_;
+  sqlite3* handle_ = nullptr;
+  std::map<std::string, sqlite3_stmt*> statements_;
+};
+
+/** One use of a statement: values for its question marks, then its rows. */
+class Query {
+public:
+  template <class... Values>
+  Query(Connection& connection, const char* sql, const Values&... values)
+  : connection_(connection), statement_(connection.statement(sql))
+  {
+    int place = 0;
+    (bind(++place, values), ...);
+  }
+
+  ~Query()
+  {
+    sqlite3_reset(statement_);
+    sqlite3_clear_bindings(statement_);
+  }
+
+  Query(const Query&) = delete;
+  Query&
+  operator=(const Query&) = delete;
+
+  /** \return whether there is another row. */
+  bool
+  next()
+  {
+    const int code = sqlite3_step(statement_);
+    if (code != SQLITE_ROW && code != SQLITE_DONE)
+      connection_.check(code);
+    return code == SQLITE_ROW;
+  }
+
+  std::int64_t
+  integer(int column) const
+  {
+    return sqlite3_column_int64(statement_, column);
+  }
+
+  double
+  real(int column) const
+  {
+    return sqlite3_column_double(statement_, column);
+  }
+
+  Bytes
+  bytes(int column) const
+  {
+    const void* const data = sqlite3_column_blob(statement_, column);
+    return data ? Bytes(static_cast<const char*>(data),
+                        std::size_t(sqlite3_column_bytes(statement_, column)))
+                : Bytes();
+  }
+
+private:
+  void
+  bind(int place, std::int64_t value)
+  {
+    connection_.check(sqlite3_bind_int64(statement_, place, value));
+  }
+
+  void
+  bind(int place, double value)
+  {
+    connection_.check(sqlite3_bind_double(statement_, place, value));
+  }
+
+  void
+  bind(int place, const Bytes& value)
+  {
+    connection_.check(
+        sqlite3_bind_blob64(statement_, place, value.data(), value.size(), SQLITE_TRANSIENT));
+  }
+
+  Connection& connection_;
+  sqlite3_stmt* const statement_;
+};
+
+template <class... Values>
+void
+run(Connection& connection, const char* sql, const Values&... values)
+{
+  Query(connection, sql, values...).next();
+}
+
+std::int64_t
+number(Connection& connection, const char* sql)
+{
+  Query query(connection, sql);
+  return query.next() ? query.integer(0) : 0;
+}
+
+/** The bytes of an array; files go from machine to machine of one byte order. */
+template <class Value>
+Bytes
+bytesOf(const Value* values, std::size_t count)
+{
+  return {reinterpret_cast<const char*>(values), count * sizeof(Value)};
+}
+
+template <class Value>
+Bytes
+bytesOf(const std::vector<Value>& values)
+{
+  return bytesOf(values.data(), values.size());
+}
+
+template <class Value>
+void
+take(const Bytes& bytes, std::vector<Value>& values)
+{
+  values.resize(bytes.size() / sizeof(Value));
+  std::memcpy(static_cast<void*>(values.data()), bytes.data(), values.size() * sizeof(Value));
+}
+
+/** Of all that a row holds. */
+class Checksum {
+public:
+  void
+  add(const Bytes& bytes)
+  {
+    const auto size = std::uint64_t(bytes.size()); // else bytes could change columns
+    value_ = crc32(value_, reinterpret_cast<const Bytef*>(&size), sizeof(size));
+    value_ = crc32(value_, reinterpret_cast<const Bytef*>(bytes.data()), uInt(bytes.size()));
+  }
+
+  template <class Number>
+  void
+  addNumber(Number number)
+  {
+    add(bytesOf(&number, 1));
+  }
+
+  std::int64_t
+  value() const
+  {
+    return std::int64_t(value_);
+  }
+
+private:
+  uLong value_ = crc32(0, nullptr, 0);
+};
+
+/** The columns of bundle_icp_features, and the descriptors. */
+struct FeatureRow {
+  double sharpness = 0;
+  Bytes pixels, pixel_sigmas, depths, depth_sigmas, depth_slopes, colors, descriptors;
+
+  std::int64_t
+  checksum() const
+  {
+    Checksum sum;
+    sum.addNumber(sharpness);
+    for (const Bytes* const column :
+         {&pixels, &pixel_sigmas, &depths, &depth_sigmas, &depth_slopes, &colors, &descriptors})
+      sum.add(*column);
+    return sum.value();
+  }
+};
+
+FeatureRow
+toRow(const Features& features)
+{
+  cv::Mat descriptors;
+  features.descriptors.convertTo(descriptors, CV_8U, DESCRIPTOR_UNITS);
+  return {features.sharpness,
+          bytesOf(features.pixels),
+          bytesOf(features.pixel_sigmas),
+          bytesOf(features.depths),
+          bytesOf(features.depth_sigmas),
+          bytesOf(features.depth_slopes),
+          bytesOf(features.colors),
+          bytesOf(descriptors.data, descriptors.total())};
+}
+
+Features
+toFeatures(const FeatureRow& row, int descriptor_size)
+{
+  Features features;
+  features.sharpness = row.sharpness;
+  take(row.pixels, features.pixels);
+  take(row.pixel_sigmas, features.pixel_sigmas);
+  take(row.depths, features.depths);
+  take(row.depth_sigmas, features.depth_sigmas);
+  take(row.depth_slopes, features.depth_slopes);
+  take(row.colors, features.colors);
+  cv::Mat(int(features.size()), descriptor_size, CV_8UC1, const_cast<char*>(row.descriptors.data()))
+      .convertTo(features.descriptors, CV_8U, 1 / DESCRIPTOR_UNITS);
+  return features;
+}
+
+Bytes
+toBytes(const Pose& pose)
+{
+  return bytesOf(pose.matrix().data(), 16);
+}
+
+Pose
+toPose(const Bytes& bytes)
+{
+  Pose pose;
+  if (bytes.size() == 16 * sizeof(double))
+    std::memcpy(pose.matrix().data(), bytes.data(), bytes.size());
+  return pose;
+}
+
+/** The columns of bundle_icp_pairs. */
+struct PairRow {
+  std::int64_t num_putative = 0;
+  Bytes matches, first_from_second, other_matches, other_first_from_second;
+
+  std::int64_t
+  checksum(std::int64_t first, std::int64_t second) const
+  {
+    Checksum sum;
+    for (const std::int64_t number : {first, second, num_putative})
+      sum.addNumber(number);
+    for (const Bytes* const column :
+         {&matches, &first_from_second, &other_matches, &other_first_from_second})
+      sum.add(*column);
+    return sum.value();
+  }
+};
+
+PairRow
+toRow(const FramePair& pair)
+{
+  return {std::int64_t(pair.num_putative), bytesOf(pair.matches), toBytes(pair.first_from_second),
+          bytesOf(pair.matches_of_other_motion), toBytes(pair.other_first_from_second)};
+}
+
+FramePair
+toPair(const PairRow& row)
+{
+  FramePair pair;
+  pair.num_putative = std::size_t(row.num_putative);
+  take(row.matches, pair.matches);
+  pair.first_from_second = toPose(row.first_from_second);
+  take(row.other_matches, pair.matches_of_other_motion);
+  pair.other_first_from_second = toPose(row.other_first_from_second);
+  return pair;
+}
+
+std::int64_t
+pairId(std::int64_t first, std::int64_t second)
+{
+  return std::min(first, second) * MAX_IMAGES + std::max(first, second);
+}
+
+/** COLMAP writes a match as two numbers of 32 bits, the image with the lower number first. */
+Bytes
+colmapMatches(const std::vector<FeatureMatch>& matches, bool is_swapped)
+{
+  std::vector<std::uint32_t> numbers;
+  for (const FeatureMatch& match : matches) {
+    numbers.push_back(std::uint32_t(is_swapped ? match.second : match.first));
+    numbers.push_back(std::uint32_t(is_swapped ? match.first : match.second));
+  }
+  return bytesOf(numbers);
+}
+
+Bytes
+rowMajor(const Eigen::Matrix3d& matrix)
+{
+  const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> rows = matrix;
+  return bytesOf(rows.data(), 9);
+}
+
+Eigen::Matrix3d
+colmapMatrix(const CameraIntrinsics& camera)
+{
+  Eigen::Matrix3d k = Eigen::Matrix3d::Identity();
+  k(0, 0) = camera.fx;
+  k(1, 1) = camera.fy;
+  k(0, 2) = camera.cx + PIXEL_CENTRE;
+  k(1, 2) = camera.cy + PIXEL_CENTRE;
+  return k;
+}
+
+/** Makes a new file a scan database, and checks an older one. */
+void
+prepareTables(Connection& connection)
+{
+  // Also keeps other processes out, from the first access on.
+  connection.execute("PRAGMA locking_mode = EXCLUSIVE");
+  const std::int64_t application = number(connection, "PRAGMA application_id");
+  const bool is_new =
+      application == 0 && number(connection, "SELECT count(*) FROM sqlite_master") == 0;
+  if (!is_new && application != APPLICATION_ID)
+    throw IOException(connection.path() + ": is a database of another program; move it away");
+  if (!is_new && number(connection, "SELECT version FROM bundle_icp_schema") != SCHEMA_VERSION)
+    throw IOException(connection.path() +
+                      ": is a scan database of another version of bundle_icp; move it away");
+  // Large pages, and few visits to the disk: rows are large.
+  connection.execute("PRAGMA page_size = 16384; PRAGMA journal_mode = WAL;"
+                     "PRAGMA wal_autocheckpoint = 4096; PRAGMA synchronous = NORMAL;"
+                     "PRAGMA foreign_keys = ON; BEGIN IMMEDIATE");
+  if (is_new) {
+    connection.execute(TABLES);
+    run(connection, "INSERT INTO bundle_icp_schema VALUES (?)", SCHEMA_VERSION);
+    connection.execute(("PRAGMA application_id = " + std::to_string(APPLICATION_ID)).c_str());
+  }
+  connection.execute("COMMIT");
+}
+
+} // namespace
+
+class ScanDatabase::Impl {
+public:
+  explicit Impl(const std::string& path) : connection(path) { prepareTables(connection); }
+
+  ~Impl()
+  {
+    try {
+      commit();
+    }
+    catch (const pcl::IOException&) { // what is not on the disk is found again
+    }
+  }
+
+  /** Writes come together: each transaction waits for the disk. */
+  void
+  begin()
+  {
+    if (!is_writing) {
+      connection.execute("BEGIN IMMEDIATE");
+      is_writing = true;
+      began = std::chrono::steady_clock::now();
+    }
+  }
+
+  void
+  commitSometimes()
+  {
+    if (std::chrono::steady_clock::now() - began > LONGEST_TRANSACTION)
+      commit();
+  }
+
+  void
+  commit()
+  {
+    if (is_writing) {
+      connection.execute("COMMIT");
+      is_writing = false;
+    }
+  }
+
+  ImageId
+  addImage(const std::string& name, std::uint64_t content, const CameraIntrinsics& camera);
+  std::int64_t
+  cameraId(const CameraIntrinsics& camera);
+  void
+  addColmapPair(ImageId first, ImageId second, const FramePair& pair,
+                const CameraIntrinsics& camera);
+
+  std::mutex mutex;
+  Connection connection;
+  bool is_writing = false;
+  std::chrono::steady_clock::time_point began;
+};
+
+std::int64_t
+ScanDatabase::Impl::cameraId(const CameraIntrinsics& camera)
+{
+  const Eigen::Matrix3d k = colmapMatrix(camera);
+  const Bytes params = bytesOf(std::vector<double>{k(0, 0), k(1, 1), k(0, 2), k(1, 2)});
+  const std::int64_t width = camera.width, height = camera.height;
+  Query known(connection,
+              "SELECT camera_id FROM cameras WHERE width = ? AND height = ? AND params = ?", width,
+              height, params);
+  if (known.next())
+    return known.integer(0);
+  run(connection, "INSERT INTO cameras VALUES (NULL, ?, ?, ?, ?, 1)", std::int64_t(PINHOLE), width,
+      height, params);
+  return connection.lastInserted();
+}
+
+ScanDatabase::ImageId
+ScanDatabase::Impl::addImage(const std::string& name, std::uint64_t content,
+                             const CameraIntrinsics& camera)
+{
+  run(connection, "DELETE FROM images WHERE name = CAST(? AS TEXT)", name);
+  run(connection, "INSERT INTO images (name, camera_id) VALUES (CAST(? AS TEXT), ?)", name,
+      cameraId(camera));
+  const ImageId image = connection.lastInserted();
+  run(connection, "INSERT INTO bundle_icp_features (image_id, content) VALUES (?, ?)", image,
+      std::int64_t(content));
+  return image;
+}
+
+void
+ScanDatabase::Impl::addColmapPair(ImageId first, ImageId second, const FramePair& pair,
+                                  const CameraIntrinsics& camera)
+{
+  const bool is_swapped = second < first;
+  const std::int64_t id = pairId(first, second), count = std::int64_t(pair.matches.size());
+  const Bytes matches = colmapMatches(pair.matches, is_swapped);
+  run(connection, "INSERT OR REPLACE INTO matches VALUES (?, ?, 2, ?)", id, count, matches);
+
+  // Of the camera of the image with the higher number from that with the lower one.
+  const Pose pose = is_swapped ? pair.first_from_second : pair.first_from_second.inverse();
+  const Eigen::Vector3d t = pose.translation();
+  Eigen::Matrix3d cross;
+  cross << 0, -t.z(), t.y(), t.z(), 0, -t.x(), -t.y(), t.x(), 0;
+  const Eigen::Matrix3d essential = cross * pose.linear();
+  const Eigen::Matrix3d k = colmapMatrix(camera).inverse();
+  const Eigen::Quaterniond q(pose.linear());
+  run(connection,
+      "INSERT OR REPLACE INTO two_view_geometries VALUES (?, ?, 2, ?, ?, ?, ?, ?, ?, ?)", id, count,
+      matches, std::int64_t(CALIBRATED), rowMajor(k.transpose() * essential * k),
+      rowMajor(essential), rowMajor(Eigen::Matrix3d::Zero()),
+      bytesOf(std::vector<double>{q.w(), q.x(), q.y(), q.z()}), bytesOf(t.data(), 3));
+}
+
+ScanDatabase::ScanDatabase(const std::string& path, bool fresh)
+{
+  namespace fs = boost::filesystem;
+  if (fs::exists(path) && !fs::is_regular_file(path))
+    throw IOException(path + ": is not a regular file");
+  impl_ = std::make_unique<Impl>(path);
+  if (fresh) {
+    impl_->begin();
+    impl_->connection.execute("DELETE FROM images; DELETE FROM cameras");
+    impl_->commit();
+  }
+}
+
+ScanDatabase::~ScanDatabase() = default;
+
+ScanDatabase::ImageId
+ScanDatabase::image(const std::string& name, std::uint64_t content, const CameraIntrinsics& camera)
+{
+  const std::lock_guard<std::mutex> lock(impl_->mutex);
+  {
+    Query known(impl_->connection,
+                "SELECT image_id, content FROM images JOIN bundle_icp_features USING (image_id) "
+                "WHERE name = CAST(? AS TEXT)",
+                name);
+    if (known.next() && known.integer(1) == std::int64_t(content))
+      return known.integer(0);
+  }
+  impl_->begin();
+  return impl_->addImage(name, content, camera);
+}
+
+std::optional<Features>
+ScanDatabase::features(ImageId image)
+{
+  const std::lock_guard<std::mutex> lock(impl_->mutex);
+  Query query(impl_->connection,
+              "SELECT sharpness, pixels, pixel_sigmas, depths, depth_sigmas, depth_slopes, colors, "
+              "data, checksum, cols FROM bundle_icp_features JOIN descriptors USING (image_id) "
+              "WHERE image_id = ?",
+              image);
+  if (!query.next())
+    return std::nullopt;
+  const FeatureRow row{query.real(0),  query.bytes(1), query.bytes(2), query.bytes(3),
+                       query.bytes(4), query.bytes(5), query.bytes(6), query.bytes(7)};
+  if (row.checksum() != query.integer(8))
+    impl_->connection.failDamaged();
+  return toFeatures(row, int(query.integer(9)));
+}
+
+void
+ScanDatabase::addFeatures(ImageId image, const Features& features)
+{
+  const FeatureRow row = toRow(features);
+  std::vector<Eigen::Vector2f> keypoints = features.pixels;
+  for (Eigen::Vector2f& keypoint : keypoints)
+    keypoint.array() += PIXEL_CENTRE;
+  const auto count = std::int64_t(features.size()), width = std::int64_t(features.descriptors.cols);
+  const std::lock_guard<std::mutex> lock(impl_->mutex);
+  impl_->begin();
+  run(impl_->connection, "INSERT OR REPLACE INTO keypoints VALUES (?, ?, 2, ?)", image, count,
+      bytesOf(keypoints));
+  run(impl_->connection, "INSERT OR REPLACE INTO descriptors VALUES (?, ?, ?, ?)", image, count,
+      width, row.descriptors);
+  run(impl_->connection,
+      "UPDATE bundle_icp_features SET sharpness = ?, pixels = ?, pixel_sigmas = ?, depths = ?, "
+      "depth_sigmas = ?, depth_slopes = ?, colors = ?, checksum = ? WHERE image_id = ?",
+      row.sharpness, row.pixels, row.pixel_sigmas, row.depths, row.depth_sigmas, row.depth_slopes,
+      row.colors, row.checksum(), image);
+  impl_->commitSometimes();
+}
+
+std::optional<FramePair>
+ScanDatabase::pair(ImageId first, ImageId second, std::uint64_t settings)
+{
+  const std::lock_guard<std::mutex> lock(impl_->mutex);
+  Query query(impl_->connection,
+              "SELECT num_putative, matches, first_from_second, other_matches, "
+              "other_first_from_second, checksum FROM bundle_icp_pairs "
+              "WHERE pair_id = ? AND first = ? AND settings = ?",
+              pairId(first, second), first, std::int64_t(settings));
+  if (!query.next())
+    return std::nullopt;
+  const PairRow row{query.integer(0), query.bytes(1), query.bytes(2), query.bytes(3),
+                    query.bytes(4)};
+  if (row.checksum(first, second) != query.integer(5))
+    impl_->connection.failDamaged();
+  return toPair(row);
+}
+
+void
+ScanDatabase::addPair(ImageId first, ImageId second, std::uint64_t settings, const FramePair& pair,
+                      const CameraIntrinsics& camera)
+{
+  const PairRow row = toRow(pair);
+  const std::lock_guard<std::mutex> lock(impl_->mutex);
+  impl_->begin();
+  run(impl_->connection, "DELETE FROM bundle_icp_pairs WHERE pair_id = ?", pairId(first, second));
+  run(impl_->connection, "INSERT INTO bundle_icp_pairs VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+      pairId(first, second), first, second, std::int64_t(settings), row.num_putative, row.matches,
+      row.first_from_second, row.other_matches, row.other_first_from_second,
+      row.checksum(first, second));
+  if (!pair.matches.empty())
+    impl_->addColmapPair(first, second, pair, camera);
+  impl_->commitSometimes();
+}
+
+} // namespace bundle_icp

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+#pragma once
+
+#include <bundle_icp/graph/feature_matching.h>
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+namespace bundle_icp {
+
+/** What a run has found in the images, on disk (SQLite): a run that was killed, and a run with
+ *  other options, takes from there what does not have to be found again.
+ *
+ *  Cameras, images, keypoints, descriptors and verified matches lie in the tables of COLMAP
+ *  (Schoenberger, Frahm, CVPR 2016) and in their form; what these lack, in tables of bundle_icp.
+ *  Every row says by a hash what it was made from, and by a checksum that it is whole. No other
+ *  class knows SQL.
+ *
+ *  Several threads may call all methods at once. What is added is on the disk within seconds. All
+ *  methods throw pcl::IOException that names the file and the reason. */
+class ScanDatabase {
+public:
+  using ImageId = std::int64_t;
+
+  /** Opens a file or makes it. No other process can open it meanwhile.
+   *  \param fresh forgets what it holds
+   *  \throws pcl::IOException when the file is no scan database, of another version, damaged, or in
+   *  use; it is not touched then. */
+  ScanDatabase(const std::string& path, bool fresh);
+  /** Keeps what was added. */
+  ~ScanDatabase();
+
+  /** The image of that name, new where there is none. An image whose content differs loses its
+   *  features and its pairs.
+   *  \param content hash of all that its features are made from */
+  ImageId
+  image(const std::string& name, std::uint64_t content, const CameraIntrinsics& camera);
+
+  /** Unset when they were not added. */
+  std::optional<Features>
+  features(ImageId image);
+
+  void
+  addFeatures(ImageId image, const Features& features);
+
+  /** What matching two images gave; FramePair::first and second are 0. Unset when they were not
+   *  matched.
+   *  \param settings hash of the options of matching */
+  std::optional<FramePair>
+  pair(ImageId first, ImageId second, std::uint64_t settings);
+
+  void
+  addPair(ImageId first, ImageId second, std::uint64_t settings, const FramePair& pair,
+          const CameraIntrinsics& camera);
+
+private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+} // namespace bundle_icp
