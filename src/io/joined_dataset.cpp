@@ -2,9 +2,12 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include <bundle_icp/io/joined_dataset.h>
 
+#include "io/recordings/time_stamps.h"
+
 #include <bundle_icp/common/exceptions.h>
 
 #include <algorithm>
+#include <set>
 #include <utility>
 
 namespace bundle_icp {
@@ -45,6 +48,18 @@ overlapInTime(const std::vector<RGBDDataset::Ptr>& recordings)
   return false;
 }
 
+/** At one Unix time a camera is at one place, whatever recording says so. */
+bool
+haveOneClock(const std::vector<RGBDDataset::Ptr>& recordings)
+{
+  std::set<double> stamps;
+  for (const RGBDDataset::Ptr& recording : recordings)
+    for (std::size_t i = 0; i < recording->size(); ++i)
+      if (!isUnixTime(recording->timestamp(i)) || !stamps.insert(recording->timestamp(i)).second)
+        return false;
+  return true;
+}
+
 } // namespace
 
 JoinedDataset::JoinedDataset(std::vector<RGBDDataset::Ptr> recordings)
@@ -62,7 +77,7 @@ JoinedDataset::JoinedDataset(std::vector<RGBDDataset::Ptr> recordings)
       places_.push_back({r, i});
   is_ordered_ = std::all_of(recordings_.begin(), recordings_.end(),
                             [](const auto& recording) { return recording->isOrdered(); }) &&
-                !overlapInTime(recordings_);
+                (!overlapInTime(recordings_) || haveOneClock(recordings_));
 }
 
 std::size_t

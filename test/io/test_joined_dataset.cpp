@@ -60,6 +60,13 @@ TEST(JoinedDataset, TimeTellsNothingWhereRecordingsOverlap)
   EXPECT_CONTAINS(joined.findings()[0].what, "2 recordings are joined; their time stamps overlap");
 }
 
+TEST(JoinedDataset, PartsOfOneRecordingKeepItsTime)
+{
+  const double day = 1305031102;
+  EXPECT_TRUE(JoinedDataset({recordingFrom(day), recordingFrom(day + 0.05)}).isOrdered());
+  EXPECT_FALSE(JoinedDataset({recordingFrom(day), recordingFrom(day)}).isOrdered());
+}
+
 TEST(JoinedDataset, CamerasMustBeTheSame)
 {
   EXPECT_CONTAINS(messageOf<pcl::BadArgumentException>([] {

@@ -6,6 +6,7 @@
 #include "messages.h"
 #include "recordings.h"
 
+#include <boost/algorithm/string.hpp>
 #include <gtest/gtest.h>
 #include <pcl/exceptions.h>
 
@@ -346,6 +347,40 @@ TEST_F(Findings, CalibrationsAsOthersWriteThem)
     wide += {letter, '\0'};
   writeText(place + "/intrinsic.json", wide);
   EXPECT_EQ(openDataset(place)->camera().fy, 61);
+}
+
+TEST_F(Findings, TimesThatNamesContradict)
+{
+  const std::string rgb = place + "/rgb.txt";
+  std::string list;
+  for (int i = 0; i < 6; ++i) {
+    const std::string time = std::to_string(0.1 * i);
+    recordings::writeImage(place + "/rgb/" + time + ".png", recordings::color(i));
+    recordings::writeImage(place + "/depth/" + time + ".png", recordings::depth(1000 + i));
+    list += time + " rgb/" + time + ".png\n";
+  }
+  writeText(rgb, list);
+  writeText(place + "/depth.txt", boost::replace_all_copy(list, "rgb", "depth"));
+  writeText(place + "/intrinsics.txt", "60 60 32 24");
+  EXPECT_EQ(worst(*openDataset(place), "time_stamps").severity, Severity::NOTE);
+  boost::replace_all(list, "0.200000 rgb", "x rgb");
+  boost::replace_all(list, "0.300000 rgb", "0.200000 rgb");
+  boost::replace_all(list, "x rgb", "0.300000 rgb");
+  writeText(rgb, list);
+  const Finding finding = worst(*openDataset(place), "time_stamps");
+  EXPECT_EQ(finding.severity, Severity::WARNING);
+  EXPECT_CONTAINS(finding.what, "rgb.txt gives 2 of 6 images another time than their names do");
+}
+
+TEST_F(Findings, ListThatIsCutOff)
+{
+  recordings::writeTum(place, 6);
+  EXPECT_EQ(worst(*openDataset(place), "pairing").severity, Severity::NOTE);
+  const std::string list = readText(place + "/rgb.txt");
+  writeText(place + "/rgb.txt", list.substr(0, list.find("0.400000")));
+  const Finding finding = worst(*openDataset(place), "pairing");
+  EXPECT_EQ(finding.severity, Severity::WARNING);
+  EXPECT_CONTAINS(finding.what, "2 of 6 depth images were taken before or after all images of the");
 }
 
 TEST_F(Findings, HintWhenStreamsLieFurtherApart)

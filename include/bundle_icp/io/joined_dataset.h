@@ -39,7 +39,8 @@ public:
   std::string
   recording(std::size_t index) const override;
 
-  /** True when each recording is, and no two of them overlap in time. */
+  /** True when each recording is, and no two of them overlap in time, unless all stamps are times
+   *  since 1970 and none is there twice: parts of one recording. */
   bool
   isOrdered() const override;
 

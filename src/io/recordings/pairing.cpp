@@ -101,6 +101,31 @@ sayTimes(const Stream& color, const Stream& depth, double max_difference, Record
   recording.findings.push_back(finding);
 }
 
+/** Images that were taken while the other camera did not run; many of them tell of a list that is
+ *  cut off. */
+void
+sayIfCutOff(const char* what, const Stream& stream, const Stream& other, double max_difference,
+            Recording& recording)
+{
+  constexpr double most = 0.2;
+  const std::vector<double> times = stampsOf(other);
+  const auto [first, last] = std::minmax_element(times.begin(), times.end());
+  const auto outside =
+      double(std::count_if(stream.begin(), stream.end(), [&](const StreamImage& image) {
+        return image.timestamp < *first - max_difference ||
+               image.timestamp > *last + max_difference;
+      }));
+  if (outside < 2 || outside <= most * double(stream.size()))
+    return;
+  recording.findings.push_back(
+      {Severity::WARNING,
+       "pairing",
+       shortText(outside, 6) + " of " + std::to_string(stream.size()) + " " + what +
+           " images were taken before or after all images of the other kind: they are not used",
+       {{"images", outside}, {"images_of_the_kind", double(stream.size())}},
+       "look whether a list or the recording is cut off"});
+}
+
 /** Index of each image by what tells it apart. */
 std::map<Parts, std::size_t>
 byParts(const std::vector<Parts>& parts)
@@ -224,6 +249,8 @@ pairByTime(const Stream& color, const Stream& depth, double max_difference,
     if (!depth_used[j])
       recording.skipped.push_back({depth[j].file, "no colour" + within});
   sayTimes(color, depth, max_difference, recording, differences);
+  sayIfCutOff("colour", color, depth, max_difference, recording);
+  sayIfCutOff("depth", depth, color, max_difference, recording);
 }
 
 void

@@ -35,14 +35,20 @@ stepsBetween(std::vector<double> numbers)
 
 } // namespace
 
+bool
+isUnixTime(double seconds)
+{
+  return seconds > 9e8 && seconds < 5e9; // from 1998 to 2128
+}
+
 std::optional<TimeUnit>
 timeUnitOf(const std::vector<double>& numbers)
 {
   std::vector<double> sorted = numbers;
   std::sort(sorted.begin(), sorted.end());
   const double middle = sorted.empty() ? 0 : sorted[sorted.size() / 2];
-  for (const TimeUnit& unit : UNITS) // from 1998 to 2128
-    if (middle * unit.seconds > 9e8 && middle * unit.seconds < 5e9)
+  for (const TimeUnit& unit : UNITS)
+    if (isUnixTime(middle * unit.seconds))
       return unit;
 
   const std::vector<double> steps = stepsBetween(numbers);

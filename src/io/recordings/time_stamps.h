@@ -15,6 +15,10 @@ struct TimeUnit {
   const char* name = "seconds";
 };
 
+/** Whether a number is a plausible time since 1970. */
+bool
+isUnixTime(double seconds);
+
 /** The unit that numbers tell if they are times: by their size when they count from 1970, else by
  *  the step from one to the next, which is 10 ms to 2 s for a camera.
  *  \return nothing when the numbers may as well be numbers of frames. */

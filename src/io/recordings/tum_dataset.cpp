@@ -77,6 +77,30 @@ readList(const std::string& folder, const std::string& name, Recording& recordin
   return images;
 }
 
+// Names that are times, as TUM's are, and other times in the list contradict each other.
+void
+compareWithNames(const Stream& images, const std::string& list, Recording& recording)
+{
+  constexpr double same = 1e-4, most = 0.5;
+  std::vector<std::string> named, others;
+  const std::vector<std::string> stems = stemsOf(images);
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    if (!isNumber(stems[i]))
+      return;
+    const bool is_same = std::abs(numberOf(stems[i]) - images[i].timestamp) < same;
+    (is_same ? named : others).push_back(images[i].file);
+  }
+  if (others.empty() || double(named.size()) < most * double(images.size()))
+    return;
+  recording.findings.push_back(
+      {Severity::WARNING,
+       "time_stamps",
+       list + " gives " + std::to_string(others.size()) + " of " + std::to_string(images.size()) +
+           " images another time than their names do, for example " + others.front(),
+       {{"images", double(others.size())}},
+       "correct the list: it was changed by hand, or is damaged"});
+}
+
 // Stamps in seconds, whatever unit they have.
 void
 convertStamps(Stream& images, const std::string& list, Recording& recording)
@@ -280,6 +304,8 @@ readTumFolder(const std::string& folder, const DatasetOptions& options)
   else {
     Stream color = readList(folder, "rgb.txt", recording);
     Stream depth = readList(folder, "depth.txt", recording);
+    compareWithNames(color, "rgb.txt", recording);
+    compareWithNames(depth, "depth.txt", recording);
     convertStamps(color, "rgb.txt", recording);
     convertStamps(depth, "depth.txt", recording);
     pairStreams(color, depth, options.max_time_difference, folder, recording);
