@@ -71,8 +71,6 @@ inline RGBDDataset::Ptr
 openCalibrated(const std::string& scan, DatasetOptions options,
                const CalibrationArguments& arguments, MapperOptions& mapper)
 {
-  if (options.field_of_view) // estimated once: the calibration belongs to that camera
-    options = withEstimatedIntrinsics(scan, options);
   const RGBDDataset::Ptr dataset = openDataset(scan, options);
   Calibration& calibration = mapper.refinement.calibration;
   if (!arguments.file.empty()) {

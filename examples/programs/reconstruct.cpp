@@ -10,6 +10,7 @@
 #include <bundle_icp/io/joined_dataset.h>
 #include <bundle_icp/io/rgbd_dataset.h>
 #include <bundle_icp/reconstruction.h>
+#include <bundle_icp/scan/estimate_intrinsics.h>
 
 #include <boost/algorithm/string.hpp>
 #include <boost/filesystem.hpp>
@@ -25,6 +26,7 @@
 #include <iostream>
 #include <map>
 #include <optional>
+#include <set>
 #include <sstream>
 
 namespace po = boost::program_options;
@@ -275,11 +277,36 @@ recordingsOfResult(const std::string& folder)
 void
 addEarlierScans(Arguments& arguments)
 {
+  if (boost::filesystem::exists(arguments.output))
+    prepareResultFolder(arguments.output); // the report may still wait for its place
   std::vector<std::string> scans = recordingsOfResult(arguments.output);
-  for (const std::string& scan : arguments.scans)
-    if (std::find(scans.begin(), scans.end(), scan) == scans.end())
-      scans.push_back(scan);
+  scans.insert(scans.end(), arguments.scans.begin(), arguments.scans.end());
   arguments.scans = std::move(scans);
+}
+
+/** A recording joined with itself would confirm itself. */
+void
+dropRepeatedScans(std::vector<std::string>& scans)
+{
+  namespace fs = boost::filesystem;
+  std::set<fs::path> known;
+  const auto is_repeated = [&known](const std::string& scan) {
+    return fs::exists(scan) && !known.insert(fs::canonical(scan)).second;
+  };
+  scans.erase(std::remove_if(scans.begin(), scans.end(), is_repeated), scans.end());
+}
+
+/** What needs one recording. */
+void
+refuseSeveralScans(const Arguments& arguments)
+{
+  if (!(arguments.poses.poses + arguments.poses.prior).empty())
+    throw UsageError("--poses and --pose-prior: only with one SCAN, as poses have one world");
+  if (arguments.method == "f2m_icp" || arguments.method == "visual_icp")
+    throw UsageError("--method " + arguments.method +
+                     ": only with one SCAN, as it tracks the camera from frame to frame");
+  if (arguments.moving == "object")
+    throw UsageError("--moving object: only with one SCAN, whose surroundings stand still");
 }
 
 /** \return nothing when the user asked for help. */
@@ -295,8 +322,9 @@ parse(int argc, char** argv)
     throw UsageError("expected SCAN... -o OUT");
   if (arguments.is_added)
     addEarlierScans(arguments);
-  if (arguments.scans.size() > 1 && !(arguments.poses.poses + arguments.poses.prior).empty())
-    throw UsageError("--poses and --pose-prior: only with one SCAN, as poses have one world");
+  dropRepeatedScans(arguments.scans);
+  if (arguments.scans.size() > 1)
+    refuseSeveralScans(arguments);
   arguments.reconstruction.database = ScanDatabaseOptions{
       (boost::filesystem::path(arguments.output) / "scan.db").string(), arguments.is_fresh};
   applyValues(*values, arguments);
@@ -350,12 +378,15 @@ RGBDDataset::Ptr
 openScans(Arguments& arguments)
 {
   ReconstructionOptions& reconstruction = arguments.reconstruction;
+  DatasetOptions options = arguments.dataset;
+  if (options.field_of_view) // estimated once: they are of one camera
+    options = withEstimatedIntrinsics(arguments.scans.front(), options);
   const MapperOptions before = reconstruction.mapper;
   std::vector<RGBDDataset::Ptr> recordings;
   for (const std::string& scan : arguments.scans) {
     reconstruction.mapper = before;
     recordings.push_back(
-        openCalibrated(scan, arguments.dataset, arguments.calibration, reconstruction.mapper));
+        openCalibrated(scan, options, arguments.calibration, reconstruction.mapper));
   }
   if (recordings.size() > 1)
     return std::make_shared<JoinedDataset>(std::move(recordings));

@@ -45,7 +45,7 @@ describeRecording(DatasetOptions& dataset)
   add("stride", po::value(&dataset.stride)->value_name("N")->default_value(1),
       "take every N-th frame");
   add("max-frames", po::value(&dataset.max_frames)->value_name("N")->default_value(0),
-      "take at most N frames, 0 = all");
+      "take at most N frames of each SCAN, 0 = all");
   add("sensor", po::value<std::string>()->value_name("NAME|FILE")->default_value("kinect"),
       "depth sensor, which sets the noise: kinect (structured light), d400 (active stereo), tof, "
       "lidar or a JSON file {\"constant\": C, \"quadratic\": Q, \"offset\": O}: standard deviation "

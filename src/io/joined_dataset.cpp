@@ -71,13 +71,14 @@ JoinedDataset::JoinedDataset(std::vector<RGBDDataset::Ptr> recordings)
     if (!areSame(recording->camera(), camera()))
       throw BadArgumentException(recording->name(0) + " and " + recordings_.front()->name(0) +
                                  ": recordings of cameras with other intrinsics, another size or "
-                                 "another depth sensor cannot be joined");
+                                 "another depth sensor cannot be joined; give intrinsics that hold "
+                                 "for all (--intrinsics)");
   for (std::size_t r = 0; r < recordings_.size(); ++r)
     for (std::size_t i = 0; i < recordings_[r]->size(); ++i)
       places_.push_back({r, i});
-  is_ordered_ = std::all_of(recordings_.begin(), recordings_.end(),
-                            [](const auto& recording) { return recording->isOrdered(); }) &&
-                (!overlapInTime(recordings_) || haveOneClock(recordings_));
+  are_ordered_ = std::all_of(recordings_.begin(), recordings_.end(),
+                             [](const auto& recording) { return recording->isOrdered(); });
+  overlap_ = overlapInTime(recordings_) && !haveOneClock(recordings_);
 }
 
 std::size_t
@@ -125,7 +126,7 @@ JoinedDataset::recording(std::size_t index) const
 bool
 JoinedDataset::isOrdered() const
 {
-  return is_ordered_;
+  return are_ordered_ && !overlap_;
 }
 
 bool
@@ -163,22 +164,28 @@ JoinedDataset::prior(std::size_t index) const
 std::vector<Finding>
 JoinedDataset::findings() const
 {
-  std::vector<Finding> all;
+  std::vector<Finding> all = ownFindings();
   for (const RGBDDataset::Ptr& recording : recordings_)
     for (const Finding& finding : recording->findings())
       if (std::none_of(all.begin(), all.end(), [&finding](const Finding& other) {
             return other.kind == finding.kind && other.what == finding.what;
           }))
         all.push_back(finding);
-  if (recordings_.size() > 1 && !is_ordered_)
-    all.push_back({Severity::NOTE,
-                   "recordings",
-                   std::to_string(recordings_.size()) +
-                       " recordings are joined; their time stamps overlap, so that nothing is "
-                       "concluded from time",
-                   {{"recordings", double(recordings_.size())}},
-                   ""});
   return all;
+}
+
+std::vector<Finding>
+JoinedDataset::ownFindings() const
+{
+  if (!overlap_)
+    return {};
+  return {{Severity::NOTE,
+           "recordings",
+           std::to_string(recordings_.size()) +
+               " recordings are joined; their time stamps overlap, so that nothing is concluded "
+               "from time",
+           {{"recordings", double(recordings_.size())}},
+           ""}};
 }
 
 std::vector<SkippedFile>

@@ -57,6 +57,8 @@ ComponentAdjuster::denseTerms(const SparseModel& model,
 void
 ComponentAdjuster::findMotions(SparseModel& model, int component) const
 {
+  if (!options_.schedule.ordered_in_time)
+    return; // neighbours in time may be anywhere
   SparseModel placed = model;
   std::vector<std::size_t> others;
   for (std::size_t i = 0; i < graph_.size(); ++i)

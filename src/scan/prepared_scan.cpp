@@ -9,6 +9,7 @@
 #include <bundle_icp/scan/check.h>
 
 #include <bundle_icp/common/exceptions.h>
+#include <bundle_icp/io/joined_dataset.h>
 
 #include <algorithm>
 #include <chrono>
@@ -70,6 +71,22 @@ findFeatures(const RGBDFrame& frame, const CameraIntrinsics& camera, const std::
   return features;
 }
 
+/** What is wrong with a recording, or with each of several that are joined. */
+std::vector<Finding>
+checkParts(const RGBDDataset& dataset, const CheckOptions& options)
+{
+  const auto* const joined = dynamic_cast<const JoinedDataset*>(&dataset);
+  if (!joined)
+    return checkRecording(dataset, options);
+  std::vector<Finding> findings = joined->ownFindings();
+  for (const RGBDDataset::Ptr& recording : joined->recordings())
+    for (Finding finding : checkRecording(*recording, options)) {
+      finding.what = recording->recording(0) + ": " + finding.what;
+      findings.push_back(finding);
+    }
+  return findings;
+}
+
 /** What was allocated by many threads lies in heaps that the main one does not use. */
 void
 returnMemory()
@@ -118,7 +135,7 @@ PreparedScan::Impl::needCheck(Timing& timing)
   runOnce("check", check_stage_, timing, [this] {
     CheckOptions check;
     check.num_threads = options_.num_threads;
-    check_findings_ = checkRecording(dataset_.unfiltered(), check);
+    check_findings_ = checkParts(dataset_.unfiltered(), check);
     findStaying();
     return true;
   });
@@ -188,6 +205,10 @@ PreparedScan::Impl::extractAll(const ProgressCallback& progress)
   nodes_.resize(dataset_.size());
   const bool completed = parallelFor(dataset_.size(), options_.num_threads, {"features", progress},
                                      [this](std::size_t i) { extract(i); });
+  if (stored_) {
+    stored_->commit();
+    reused_ = stored_->reused();
+  }
   returnMemory();
   return completed;
 }
@@ -210,7 +231,14 @@ PreparedScan::Impl::buildGraph(const ProgressCallback& progress)
   graph_ = std::make_shared<ImageGraph>(dataset_.camera(), options_.graph);
   if (stored_)
     stored_->setNodes(frame_of_node_);
-  return graph_->append(std::move(nodes), dataset_.isOrdered(), progress, stored_.get());
+  const bool completed =
+      graph_->append(std::move(nodes), dataset_.isOrdered(), progress, stored_.get());
+  if (stored_) {
+    stored_->commit();
+    reused_ = stored_->reused();
+    stored_.reset(); // others may use the file from here on
+  }
+  return completed;
 }
 
 const Features&

@@ -78,10 +78,11 @@ public:
     return frame_of_node_;
   }
 
-  ReusedWork
+  /** What the stages that were run took from the database. */
+  const ReusedWork&
   reused() const
   {
-    return stored_ ? stored_->reused() : ReusedWork();
+    return reused_;
   }
 
   DepthViewStore&
@@ -122,7 +123,8 @@ private:
   std::vector<ImageNode> nodes_; ///< of each frame, until the graph takes them
   std::vector<std::size_t> frame_of_node_, node_of_frame_;
   std::shared_ptr<ImageGraph> graph_;
-  std::unique_ptr<StoredFrames> stored_; ///< null = nothing is kept on disk
+  std::unique_ptr<StoredFrames> stored_; ///< null = nothing is kept on disk any more
+  ReusedWork reused_;
   DepthViewStore depth_views_;
   StayingPixels staying_;
   std::vector<Finding> check_findings_;

@@ -5,6 +5,7 @@
 #include <bundle_icp/common/printable_text.h>
 #include <bundle_icp/version.h>
 
+#include <boost/filesystem.hpp>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
@@ -228,13 +229,22 @@ makePrintable(Json& json)
       makePrintable(part);
 }
 
+/** The recording of a frame, from wherever one looks. */
+std::string
+placeOf(const RGBDDataset& dataset, std::size_t frame)
+{
+  const std::string recording = dataset.recording(frame);
+  return recording.empty() ? recording
+                           : boost::filesystem::absolute(recording).lexically_normal().string();
+}
+
 /** The recordings that the frames belong to, each once. */
 Json
 recordingsOf(const RGBDDataset& dataset)
 {
   Json recordings = Json::array();
   for (std::size_t i = 0; i < dataset.size(); ++i)
-    if (const std::string recording = dataset.recording(i);
+    if (const std::string recording = placeOf(dataset, i);
         std::find(recordings.begin(), recordings.end(), recording) == recordings.end())
       recordings.push_back(recording);
   return recordings;
@@ -259,7 +269,7 @@ makeReport(const RGBDDataset& dataset, const ReconstructionOptions& options,
   report["frames"] = Json::array();
   for (std::size_t i = 0; i < result.frames.size(); ++i) {
     Json frame = toJson(result.frames[i]);
-    frame["recording"] = dataset.recording(i);
+    frame["recording"] = placeOf(dataset, i);
     report["frames"].push_back(frame);
   }
   report["skipped_files"] = Json::array();

@@ -2,12 +2,15 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "scan/scan_database.h"
 
+#include "graph/feature_checks.h"
+
 #include <bundle_icp/common/exceptions.h>
 
 #include <boost/filesystem.hpp>
 #include <sqlite3.h>
 #include <zlib.h>
 
+#include <cerrno>
 #include <chrono>
 #include <cstring>
 #include <map>
@@ -34,7 +37,8 @@ constexpr std::chrono::seconds LONGEST_TRANSACTION{1};
 /** Tables of COLMAP 3.8, then what they lack. PRAGMA user_version is COLMAP's. */
 const char* const TABLES = R"sql(
 CREATE TABLE cameras (camera_id INTEGER PRIMARY KEY AUTOINCREMENT NOT NULL, model INTEGER NOT NULL,
-  width INTEGER NOT NULL, height INTEGER NOT NULL, params BLOB, prior_focal_length INTEGER NOT NULL);
+  width INTEGER NOT NULL, height INTEGER NOT NULL, params BLOB,
+  prior_focal_length INTEGER NOT NULL);
 CREATE TABLE images (image_id INTEGER PRIMARY KEY AUTOINCREMENT NOT NULL, name TEXT NOT NULL UNIQUE,
   camera_id INTEGER NOT NULL, prior_qw REAL, prior_qx REAL, prior_qy REAL, prior_qz REAL,
   prior_tx REAL, prior_ty REAL, prior_tz REAL,
@@ -120,6 +124,13 @@ public:
       throw IOException(path_ + ": " + reasonOf(code));
   }
 
+  void
+  rollBack()
+  {
+    if (!sqlite3_get_autocommit(handle_))
+      sqlite3_exec(handle_, "ROLLBACK", nullptr, nullptr, nullptr);
+  }
+
   [[noreturn]] void
   failDamaged() const
   {
@@ -146,13 +157,14 @@ private:
     switch (code & 0xff) {
     case SQLITE_BUSY:
     case SQLITE_LOCKED:
-      return "another process uses it; wait until that has ended";
+      return system_error == ENOLCK ? "its file system has no locks; choose OUT elsewhere"
+                                    : "another run uses it; wait until that has ended";
     case SQLITE_NOTADB:
       return "is no scan database; move it away";
     case SQLITE_CORRUPT:
       return "is damaged; move it away";
     case SQLITE_IOERR:
-      return std::string("cannot be written: ") +
+      return std::string("cannot be read or written: ") +
              (system_error != 0 ? std::strerror(system_error) : sqlite3_errmsg(handle_));
     case SQLITE_FULL:
       return "the disk is full";
@@ -343,7 +355,7 @@ toRow(const Features& features)
 }
 
 Features
-toFeatures(const FeatureRow& row, int descriptor_size)
+toFeatures(const FeatureRow& row)
 {
   Features features;
   features.sharpness = row.sharpness;
@@ -353,7 +365,7 @@ toFeatures(const FeatureRow& row, int descriptor_size)
   take(row.depth_sigmas, features.depth_sigmas);
   take(row.depth_slopes, features.depth_slopes);
   take(row.colors, features.colors);
-  cv::Mat(int(features.size()), descriptor_size, CV_8UC1, const_cast<char*>(row.descriptors.data()))
+  cv::Mat(int(features.size()), DESCRIPTOR_SIZE, CV_8UC1, const_cast<char*>(row.descriptors.data()))
       .convertTo(features.descriptors, CV_8U, 1 / DESCRIPTOR_UNITS);
   return features;
 }
@@ -487,7 +499,27 @@ public:
     }
   }
 
-  /** Writes come together: each transaction waits for the disk. */
+  /** One call at a time. With a failure SQLite takes the transaction back, so that rows which were
+   *  thought written are not there: after it all calls fail. */
+  template <class Body>
+  auto
+  use(const Body& body)
+  {
+    const std::lock_guard<std::mutex> lock(mutex);
+    if (!failure.empty())
+      throw IOException(failure);
+    try {
+      return body();
+    }
+    catch (const pcl::IOException& error) {
+      failure = error.what();
+      is_writing = false;
+      connection.rollBack();
+      throw;
+    }
+  }
+
+  /** Writes come together: they are faster so. */
   void
   begin()
   {
@@ -523,6 +555,7 @@ public:
                 const CameraIntrinsics& camera);
 
   std::mutex mutex;
+  std::string failure; ///< of an earlier call; empty = none
   Connection connection;
   bool is_writing = false;
   std::chrono::steady_clock::time_point began;
@@ -599,35 +632,37 @@ ScanDatabase::~ScanDatabase() = default;
 ScanDatabase::ImageId
 ScanDatabase::image(const std::string& name, std::uint64_t content, const CameraIntrinsics& camera)
 {
-  const std::lock_guard<std::mutex> lock(impl_->mutex);
-  {
-    Query known(impl_->connection,
-                "SELECT image_id, content FROM images JOIN bundle_icp_features USING (image_id) "
-                "WHERE name = CAST(? AS TEXT)",
-                name);
-    if (known.next() && known.integer(1) == std::int64_t(content))
-      return known.integer(0);
-  }
-  impl_->begin();
-  return impl_->addImage(name, content, camera);
+  return impl_->use([&] {
+    {
+      Query known(impl_->connection,
+                  "SELECT image_id, content FROM images JOIN bundle_icp_features USING (image_id) "
+                  "WHERE name = CAST(? AS TEXT)",
+                  name);
+      if (known.next() && known.integer(1) == std::int64_t(content))
+        return known.integer(0);
+    }
+    impl_->begin();
+    return impl_->addImage(name, content, camera);
+  });
 }
 
 std::optional<Features>
 ScanDatabase::features(ImageId image)
 {
-  const std::lock_guard<std::mutex> lock(impl_->mutex);
-  Query query(impl_->connection,
-              "SELECT sharpness, pixels, pixel_sigmas, depths, depth_sigmas, depth_slopes, colors, "
-              "data, checksum, cols FROM bundle_icp_features JOIN descriptors USING (image_id) "
-              "WHERE image_id = ?",
-              image);
-  if (!query.next())
-    return std::nullopt;
-  const FeatureRow row{query.real(0),  query.bytes(1), query.bytes(2), query.bytes(3),
-                       query.bytes(4), query.bytes(5), query.bytes(6), query.bytes(7)};
-  if (row.checksum() != query.integer(8))
-    impl_->connection.failDamaged();
-  return toFeatures(row, int(query.integer(9)));
+  return impl_->use([&]() -> std::optional<Features> {
+    Query query(impl_->connection,
+                "SELECT sharpness, pixels, pixel_sigmas, depths, depth_sigmas, depth_slopes, "
+                "colors, data, checksum, cols FROM bundle_icp_features JOIN descriptors "
+                "USING (image_id) WHERE image_id = ?",
+                image);
+    if (!query.next())
+      return std::nullopt;
+    const FeatureRow row{query.real(0),  query.bytes(1), query.bytes(2), query.bytes(3),
+                         query.bytes(4), query.bytes(5), query.bytes(6), query.bytes(7)};
+    if (query.integer(9) != DESCRIPTOR_SIZE || row.checksum() != query.integer(8))
+      impl_->connection.failDamaged();
+    return toFeatures(row);
+  });
 }
 
 void
@@ -637,37 +672,39 @@ ScanDatabase::addFeatures(ImageId image, const Features& features)
   std::vector<Eigen::Vector2f> keypoints = features.pixels;
   for (Eigen::Vector2f& keypoint : keypoints)
     keypoint.array() += PIXEL_CENTRE;
-  const auto count = std::int64_t(features.size()), width = std::int64_t(features.descriptors.cols);
-  const std::lock_guard<std::mutex> lock(impl_->mutex);
-  impl_->begin();
-  run(impl_->connection, "INSERT OR REPLACE INTO keypoints VALUES (?, ?, 2, ?)", image, count,
-      bytesOf(keypoints));
-  run(impl_->connection, "INSERT OR REPLACE INTO descriptors VALUES (?, ?, ?, ?)", image, count,
-      width, row.descriptors);
-  run(impl_->connection,
-      "UPDATE bundle_icp_features SET sharpness = ?, pixels = ?, pixel_sigmas = ?, depths = ?, "
-      "depth_sigmas = ?, depth_slopes = ?, colors = ?, checksum = ? WHERE image_id = ?",
-      row.sharpness, row.pixels, row.pixel_sigmas, row.depths, row.depth_sigmas, row.depth_slopes,
-      row.colors, row.checksum(), image);
-  impl_->commitSometimes();
+  const auto count = std::int64_t(features.size());
+  impl_->use([&] {
+    impl_->begin();
+    run(impl_->connection, "INSERT OR REPLACE INTO keypoints VALUES (?, ?, 2, ?)", image, count,
+        bytesOf(keypoints));
+    run(impl_->connection, "INSERT OR REPLACE INTO descriptors VALUES (?, ?, ?, ?)", image, count,
+        std::int64_t(DESCRIPTOR_SIZE), row.descriptors);
+    run(impl_->connection,
+        "UPDATE bundle_icp_features SET sharpness = ?, pixels = ?, pixel_sigmas = ?, depths = ?, "
+        "depth_sigmas = ?, depth_slopes = ?, colors = ?, checksum = ? WHERE image_id = ?",
+        row.sharpness, row.pixels, row.pixel_sigmas, row.depths, row.depth_sigmas, row.depth_slopes,
+        row.colors, row.checksum(), image);
+    impl_->commitSometimes();
+  });
 }
 
 std::optional<FramePair>
 ScanDatabase::pair(ImageId first, ImageId second, std::uint64_t settings)
 {
-  const std::lock_guard<std::mutex> lock(impl_->mutex);
-  Query query(impl_->connection,
-              "SELECT num_putative, matches, first_from_second, other_matches, "
-              "other_first_from_second, checksum FROM bundle_icp_pairs "
-              "WHERE pair_id = ? AND first = ? AND settings = ?",
-              pairId(first, second), first, std::int64_t(settings));
-  if (!query.next())
-    return std::nullopt;
-  const PairRow row{query.integer(0), query.bytes(1), query.bytes(2), query.bytes(3),
-                    query.bytes(4)};
-  if (row.checksum(first, second) != query.integer(5))
-    impl_->connection.failDamaged();
-  return toPair(row);
+  return impl_->use([&]() -> std::optional<FramePair> {
+    Query query(impl_->connection,
+                "SELECT num_putative, matches, first_from_second, other_matches, "
+                "other_first_from_second, checksum FROM bundle_icp_pairs "
+                "WHERE pair_id = ? AND first = ? AND settings = ?",
+                pairId(first, second), first, std::int64_t(settings));
+    if (!query.next())
+      return std::nullopt;
+    const PairRow row{query.integer(0), query.bytes(1), query.bytes(2), query.bytes(3),
+                      query.bytes(4)};
+    if (row.checksum(first, second) != query.integer(5))
+      impl_->connection.failDamaged();
+    return toPair(row);
+  });
 }
 
 void
@@ -675,16 +712,23 @@ ScanDatabase::addPair(ImageId first, ImageId second, std::uint64_t settings, con
                       const CameraIntrinsics& camera)
 {
   const PairRow row = toRow(pair);
-  const std::lock_guard<std::mutex> lock(impl_->mutex);
-  impl_->begin();
-  run(impl_->connection, "DELETE FROM bundle_icp_pairs WHERE pair_id = ?", pairId(first, second));
-  run(impl_->connection, "INSERT INTO bundle_icp_pairs VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
-      pairId(first, second), first, second, std::int64_t(settings), row.num_putative, row.matches,
-      row.first_from_second, row.other_matches, row.other_first_from_second,
-      row.checksum(first, second));
-  if (!pair.matches.empty())
-    impl_->addColmapPair(first, second, pair, camera);
-  impl_->commitSometimes();
+  impl_->use([&] {
+    impl_->begin();
+    run(impl_->connection, "DELETE FROM bundle_icp_pairs WHERE pair_id = ?", pairId(first, second));
+    run(impl_->connection, "INSERT INTO bundle_icp_pairs VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+        pairId(first, second), first, second, std::int64_t(settings), row.num_putative, row.matches,
+        row.first_from_second, row.other_matches, row.other_first_from_second,
+        row.checksum(first, second));
+    if (!pair.matches.empty())
+      impl_->addColmapPair(first, second, pair, camera);
+    impl_->commitSometimes();
+  });
+}
+
+void
+ScanDatabase::commit()
+{
+  impl_->use([&] { impl_->commit(); });
 }
 
 } // namespace bundle_icp

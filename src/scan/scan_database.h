@@ -19,8 +19,9 @@ namespace bundle_icp {
  *  Every row says by a hash what it was made from, and by a checksum that it is whole. No other
  *  class knows SQL.
  *
- *  Several threads may call all methods at once. What is added is on the disk within seconds. All
- *  methods throw pcl::IOException that names the file and the reason. */
+ *  Several threads may call all methods at once. What is added outlives the process within a second
+ *  in which more is added, and after commit(). All methods throw pcl::IOException that names the
+ *  file and the reason; after that all throw the same. */
 class ScanDatabase {
 public:
   using ImageId = std::int64_t;
@@ -55,6 +56,10 @@ public:
   void
   addPair(ImageId first, ImageId second, std::uint64_t settings, const FramePair& pair,
           const CameraIntrinsics& camera);
+
+  /** Keeps what was added until now. */
+  void
+  commit();
 
 private:
   class Impl;

@@ -7,19 +7,24 @@
 #include <bundle_icp/version.h>
 
 #include <boost/filesystem.hpp>
-#include <opencv2/core/version.hpp>
+#include <opencv2/core/utility.hpp>
 
 #include <map>
 
 namespace bundle_icp {
 namespace {
 
+/** To be raised by a change that gives other features or matches. */
+constexpr int REVISION = 1;
+
 std::uint64_t
 hashOf(std::vector<double> numbers)
 {
-  // Another version may find other things. SIFT is OpenCV's.
-  for (const int version : {BUNDLE_ICP_VERSION_NUMBER, CV_VERSION_MAJOR, CV_VERSION_MINOR})
-    numbers.push_back(version);
+  // Another version may find other things, and SIFT, which is OpenCV's, does so without AVX2.
+  for (const int number :
+       {REVISION, BUNDLE_ICP_VERSION_NUMBER, int(cv::getVersionMajor()), int(cv::getVersionMinor()),
+        int(cv::getVersionRevision()), int(cv::checkHardwareSupport(CV_CPU_AVX2))})
+    numbers.push_back(number);
   return bundle_icp::hashOf(cv::Mat(1, int(numbers.size()), CV_64F, numbers.data()));
 }
 
@@ -46,8 +51,9 @@ settingsOf(const MatchingOptions& options)
 
 /** The name of a frame from the folder of its recording on, so that a recording may be moved. */
 std::string
-nameIn(const std::string& recording, const std::string& name)
+nameIn(std::string recording, const std::string& name)
 {
+  recording.erase(recording.find_last_not_of('/') + 1);
   const std::string folder = recording + "/";
   if (recording.empty() || name.compare(0, folder.size(), folder) != 0)
     return name;

@@ -45,6 +45,13 @@ public:
   void
   add(const FramePair& pair) override;
 
+  /** Keeps what was added until now. */
+  void
+  commit()
+  {
+    database_.commit();
+  }
+
   ReusedWork
   reused() const
   {

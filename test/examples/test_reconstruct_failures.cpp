@@ -209,7 +209,7 @@ TEST_F(ReconstructFailure, FullDisk)
     result = reconstruct({"--max-frames", "4", "--no-mesh"});
   }
   EXPECT_EQ(result.exit_code, 1);
-  EXPECT_CONTAINS(result.err, out + "/scan.db: cannot be written: File too large");
+  EXPECT_CONTAINS(result.err, out + "/scan.db: cannot be read or written: File too large");
   expectEarlierResults();
   // With features and matches of an earlier run.
   const std::string other = folder.path("other");
@@ -319,7 +319,14 @@ TEST_F(ReconstructFailure, WrongUsage)
   EXPECT_CONTAINS(error({}, 2), "expected SCAN... -o OUT");
   EXPECT_CONTAINS(error({scan}, 2), "expected SCAN... -o OUT");
   EXPECT_CONTAINS(error({"-o", out}, 2), "expected SCAN... -o OUT");
-  EXPECT_CONTAINS(error({scan, folder.path("absent"), "-o", out}, 1), "absent: no such folder");
+  const std::string absent = folder.path("absent");
+  EXPECT_CONTAINS(error({scan, absent, "-o", out}, 1), "absent: no such folder");
+  for (const std::vector<std::string>& alone : std::vector<std::vector<std::string>>{
+           {"--method", "f2m_icp"}, {"--moving", "object"}, {"--poses", "recording"}}) {
+    std::vector<std::string> arguments = alone;
+    arguments.insert(arguments.end(), {scan, absent, "-o", out});
+    EXPECT_CONTAINS(error(arguments, 2), "only with one SCAN");
+  }
   EXPECT_CONTAINS(misuse({"--unknown"}), "--unknown");
   EXPECT_CONTAINS(misuse({"--roi", "1,2,3"}), "--roi 1,2,3: expected x0,y0,z0,x1,y1,z1");
   EXPECT_CONTAINS(misuse({"--mesh-format", "ply,dae"}), "unknown mesh format 'dae'");

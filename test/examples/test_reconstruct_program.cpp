@@ -265,10 +265,10 @@ TEST_F(ReconstructScan, FramesOfALaterRecordingAreAdded)
     EXPECT_TRUE(frame["recording"] == first || frame["recording"] == second);
     EXPECT_EQ(frame["world_from_camera"].size(), 7u);
   }
-  // As if both were named at once.
+  // As if both were named at once, one of them twice.
   const std::string poses = readText(out + "/trajectory.txt");
   ASSERT_EQ(runProgram("bundle_icp_reconstruct",
-                       {first, second, "-o", folder.path("both"), "--no-mesh", "-q"})
+                       {first, second, first + "/", "-o", folder.path("both"), "--no-mesh", "-q"})
                 .exit_code,
             0);
   EXPECT_EQ(readText(folder.path("both") + "/trajectory.txt"), poses);

@@ -139,6 +139,7 @@ TEST_F(BadFormat, StrayScanner)
   // A damaged line costs its frame, not the recording.
   replace(place + "/odometry.csv", "000001", "00x001");
   ASSERT_EQ(openDataset(place)->size(), 1u);
+  EXPECT_TRUE(findingOf(*openDataset(place), "pairing", "2 of 3 frames have no line that can be"));
   EXPECT_CONTAINS(openDataset(place)->skipped().at(0).reason,
                   "odometry.csv:3: '00x001' is not a number");
   writeText(place + "/odometry.csv", "timestamp, frame\n1, 0\n");

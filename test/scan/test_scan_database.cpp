@@ -219,7 +219,7 @@ TEST_F(Database, RefusesWhatIsNoneAndLeavesIt)
   fs::remove(path);
   {
     ScanDatabase open(path, false);
-    EXPECT_EQ(openError(true), path + ": another process uses it; wait until that has ended");
+    EXPECT_EQ(openError(true), path + ": another run uses it; wait until that has ended");
   }
   numbers("UPDATE bundle_icp_schema SET version = 99");
   EXPECT_CONTAINS(openError(true), "scan.db: is a scan database of another version");
@@ -245,6 +245,26 @@ TEST_F(Database, NoticesDamage)
   ScanDatabase database(path, false);
   EXPECT_EQ(messageOf<pcl::IOException>([&] { database.features(image); }),
             path + ": is damaged; move it away");
+}
+
+TEST_F(Database, AfterAFailureNothingIsKept)
+{
+  const Features features = featuresOf(0);
+  {
+    ScanDatabase database(path, false);
+    const auto image = database.image("first", 1, camera);
+    database.addFeatures(image, features);
+    database.commit();
+    const auto other = database.image("second", 2, camera);
+    const auto wrong = [&] { database.addFeatures(other + 99, features); }; // no such image
+    const std::string error = messageOf<pcl::IOException>(wrong);
+    EXPECT_CONTAINS(error, "scan.db: FOREIGN KEY");
+    EXPECT_EQ(messageOf<pcl::IOException>([&] { database.addFeatures(image, features); }), error);
+    EXPECT_EQ(messageOf<pcl::IOException>([&] { database.commit(); }), error);
+  }
+  EXPECT_EQ(numbers("SELECT count(*) FROM images"), std::vector<std::int64_t>{1});
+  ScanDatabase database(path, false);
+  expectSame(database.features(database.image("first", 1, camera)).value(), features);
 }
 
 TEST_F(Database, SecondRunTakesAllAndGivesTheSame)

@@ -59,11 +59,22 @@ public:
   std::optional<PosePrior>
   prior(std::size_t index) const override;
 
+  /** ownFindings() and those of the recordings, each once. */
   std::vector<Finding>
   findings() const override;
 
+  /** What the recordings are when they are joined. */
+  std::vector<Finding>
+  ownFindings() const;
+
   std::vector<SkippedFile>
   skipped() const override;
+
+  const std::vector<RGBDDataset::Ptr>&
+  recordings() const
+  {
+    return recordings_;
+  }
 
 private:
   struct Place {
@@ -77,7 +88,8 @@ private:
 
   std::vector<RGBDDataset::Ptr> recordings_;
   std::vector<Place> places_;
-  bool is_ordered_ = true;
+  bool are_ordered_ = true; ///< each by itself
+  bool overlap_ = false;    ///< in time, although they are no parts of one
 };
 
 } // namespace bundle_icp

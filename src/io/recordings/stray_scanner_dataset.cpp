@@ -76,6 +76,16 @@ takeOdometry(const std::string& path, Recording& recording)
   }
   if (frames.empty())
     throw IOException(path + ": has a line for none of the images");
+  constexpr double most_missing = 0.2;
+  const auto missing = double(recording.frames.size() - frames.size());
+  if (missing > most_missing * double(recording.frames.size()))
+    recording.findings.push_back(
+        {Severity::WARNING,
+         "pairing",
+         shortText(missing, 6) + " of " + std::to_string(recording.frames.size()) +
+             " frames have no line that can be read in " + path + ": they are not used",
+         {{"frames", missing}},
+         "look whether the file is cut off"});
   recording.frames = std::move(frames);
   checkStamps(path, recording);
   finishEstimatedPoses("the device (ARKit)", recording);
