@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <stdexcept>
 
 namespace bundle_icp {
 
@@ -206,6 +207,9 @@ openDataset(const std::string& path, const DatasetOptions& options)
   }
   catch (const fs::filesystem_error& fault) {
     throw IOException(path + ": " + fault.what());
+  }
+  catch (const std::logic_error& fault) { // a size in a file is not what it must be
+    throw IOException(path + ": is damaged: " + fault.what());
   }
 }
 

@@ -183,6 +183,10 @@ TEST_F(BadFormat, Nerfstudio)
   replace(file, "\"fl_x\"", "\"focal\"");
   EXPECT_CONTAINS(openError(place), "intrinsics are unknown (nerfstudio recording");
   writeText(file, whole);
+  replace(file, "     0.0,\n     0.0,\n     0.0,\n     1.0", "     0.0,\n     0.0,\n     1.0");
+  EXPECT_EQ(openDataset(place)->groundTruth().size(), 2u);
+  EXPECT_CONTAINS(openDataset(place)->skipped().at(0).reason, "3 or 4 rows of 4 numbers");
+  writeText(file, whole);
   replace(file, "\"w\": 64", "\"w\": -4");
   EXPECT_CONTAINS(openError(place), "w is no size of an image");
   writeText(file, whole);

@@ -12,6 +12,7 @@
 #include <boost/filesystem.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <set>
 
@@ -68,12 +69,17 @@ Pose
 poseOfFrame(const Json& frame, const std::string& source)
 {
   const auto rows = frame.at("transform_matrix").get<std::vector<std::vector<double>>>();
+  const double scale = frame.value("applied_scale", 1.0);
+  if (rows.size() < 3 || rows.size() > 4 ||
+      std::any_of(rows.begin(), rows.end(), [](const auto& row) { return row.size() != 4; }))
+    throw IOException(source + ": transform_matrix must have 3 or 4 rows of 4 numbers");
+  if (!(scale > 0 && std::isfinite(scale)))
+    throw IOException(source + ": applied_scale must be positive");
   Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
-  for (std::size_t row = 0; row < std::min<std::size_t>(3, rows.size()); ++row)
-    for (std::size_t column = 0; column < 4; ++column)
-      matrix(Eigen::Index(row), Eigen::Index(column)) = rows[row].at(column);
+  for (Eigen::Index row = 0; row < 3; ++row)
+    matrix.row(row) = Eigen::Map<const Eigen::RowVector4d>(rows[std::size_t(row)].data());
   Pose pose = fromOpenGl(poseOf(matrix, source));
-  pose.translation() /= frame.value("applied_scale", 1.0); // to metres
+  pose.translation() /= scale; // to metres
   return pose;
 }
 
