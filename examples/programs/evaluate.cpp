@@ -237,14 +237,34 @@ relativeError(const Trajectory& truth, const Trajectory& estimate, RelativePoseI
   return error;
 }
 
+/** What a call refuses is the fault of a file. */
+template <class Call>
+auto
+naming(const std::string& file, const Call& call)
+{
+  try {
+    return call();
+  }
+  catch (const pcl::BadArgumentException& error) {
+    throw pcl::IOException(file + ": " + error.what());
+  }
+}
+
 SurfaceError
 meshError(const Arguments& arguments, const Pose& truth_from_estimate,
           std::vector<std::string>& warnings)
 {
+  constexpr double farthest = 1e6; // [m]; coordinates of vertices lose their digits
+  if (const double away = truth_from_estimate.translation().norm(); away > farthest)
+    throw pcl::IOException(arguments.trajectory + ": its world lies " + std::to_string(away) +
+                           " m from that of the true poses; a mesh cannot be compared there");
   SurfaceErrorOptions options = arguments.surface_options;
   options.truth_from_estimate = truth_from_estimate;
-  const SurfaceMesh truth = toSurfaceMesh(readFiniteMesh(arguments.surface));
-  const SurfaceError error = compareSurfaces(readFiniteMesh(arguments.mesh), truth, options);
+  const SurfaceMesh truth =
+      naming(arguments.surface, [&] { return toSurfaceMesh(readFiniteMesh(arguments.surface)); });
+  const SurfaceError error = naming(arguments.mesh, [&] {
+    return compareSurfaces(readFiniteMesh(arguments.mesh), truth, options);
+  });
   requireFinite(error.accuracy, arguments.mesh);
   const auto count = [&](const std::string& file, std::size_t number, const char* what) {
     if (number < FEWEST_POINTS)

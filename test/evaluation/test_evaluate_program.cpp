@@ -262,6 +262,7 @@ TEST_F(EvaluateProgram, MeshesWithoutSizeOrWithTooMuchAreRefused)
     EXPECT_CONTAINS(error(arguments), "mesh.ply: vertex 2 is not finite");
   }
   write(mesh, "1e30", "3 0 1 2\n");
+  EXPECT_CONTAINS(error(arguments), mesh + ": surfaceError: ");
   EXPECT_CONTAINS(error(arguments), "more area than 1e8 samples cover");
   write(mesh, "1", "3 0 1 2\n");
   write(points, "inf", "");
@@ -272,6 +273,11 @@ TEST_F(EvaluateProgram, MeshesWithoutSizeOrWithTooMuchAreRefused)
   EXPECT_CONTAINS(few.err, "surface.ply: has only 3 points; the figures of the mesh say little");
   write(mesh, "0.001", "3 0 1 2\n");
   EXPECT_CONTAINS(run(arguments).err, "mesh.ply: has only 20 samples of its area");
+  Trajectory away = larger;
+  for (TimedPose& pose : away)
+    pose.world_from_camera.pretranslate(Eigen::Vector3d(0, 2e9, 0));
+  writeTrajectory(estimate, away);
+  EXPECT_CONTAINS(error(arguments), "estimate.txt: its world lies 2000000");
 }
 
 TEST_F(EvaluateProgram, WrongUsageIsTwo)

@@ -58,6 +58,19 @@ TEST_F(BadContainer, PclReadsAndWritesTheSameClouds)
   damage(place, file);
 }
 
+TEST_F(BadContainer, BytesInBetweenDoNotMovePoints)
+{
+  write("pcd");
+  const std::string file = place + "/cloud0001.pcd", whole = readText(file);
+  writeText(file, whole + "\n");
+  EXPECT_EQ(openDataset(place)->read(1).id, 1u);
+  std::string longer = whole;
+  longer.insert(whole.size() / 2, 16, '\x3f');
+  writeText(file, longer);
+  EXPECT_CONTAINS(messageOf<pcl::IOException>([&] { openDataset(place)->read(1); }),
+                  "cloud0001.pcd: the file holds more data than its header says");
+}
+
 TEST_F(BadContainer, APipeAmongCloudsIsNotWaitedFor)
 {
   write("pcd");

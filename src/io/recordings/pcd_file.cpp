@@ -249,6 +249,10 @@ readPoints(const std::string& bytes, const Header& header, const std::string& pa
   const std::size_t size = header.width * header.height * header.point_size;
   if (size > bytes.size() - header.size)
     refuse(path, "the file is cut off");
+  // Bytes that were put in between would move every point behind them to another pixel.
+  const std::size_t rest = bytes.find_first_not_of(std::string("\0\n\r ", 4), header.size + size);
+  if (rest != std::string::npos)
+    refuse(path, "the file holds more data than its header says");
   return bytes.substr(header.size, size);
 }
 
