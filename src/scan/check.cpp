@@ -207,15 +207,22 @@ checkFrames(const FrameSample& sample, std::vector<Finding>& findings)
   });
 }
 
-void
-checkGaps(const RGBDDataset& dataset, const std::vector<std::size_t>& order,
-          std::vector<Finding>& findings)
+/** Times from a frame to the next [s]; empty where stamps do not tell them. */
+std::vector<double>
+stepsInTime(const RGBDDataset& dataset, const std::vector<std::size_t>& order)
 {
-  if (!dataset.isOrdered() || !dataset.hasTimes() || dataset.size() < 3)
-    return;
   std::vector<double> steps;
-  for (std::size_t i = 1; i < order.size(); ++i)
-    steps.push_back(dataset.timestamp(order[i]) - dataset.timestamp(order[i - 1]));
+  if (dataset.isOrdered() && dataset.hasTimes())
+    for (std::size_t i = 1; i < order.size(); ++i)
+      steps.push_back(dataset.timestamp(order[i]) - dataset.timestamp(order[i - 1]));
+  return steps;
+}
+
+void
+checkGaps(const std::vector<double>& steps, std::vector<Finding>& findings)
+{
+  if (steps.size() < 2)
+    return;
   const double usual = medianOf(steps), longest = *std::max_element(steps.begin(), steps.end());
   const auto gaps = std::count_if(steps.begin(), steps.end(),
                                   [&](double step) { return step > 10 * usual && step > 1; });
@@ -275,11 +282,12 @@ checkRecording(const RGBDDataset& dataset, const CheckOptions& options)
   std::vector<DepthNumbers> numbers;
   for (const FrameLook& look : sample.looks)
     numbers.push_back(look.numbers);
-  checkNumbers(numbers, findings);
-  checkTogether(sample, options.num_threads, findings);
+  checkNumbers(numbers, shareOfDifferentViews(sample), findings);
+  const std::vector<double> steps = stepsInTime(dataset, sample.order);
+  checkTogether(sample, medianOf(steps), options.num_threads, findings);
   checkRepetitions(dataset, sample, options.num_threads, findings);
   checkFrames(sample, findings);
-  checkGaps(dataset, sample.order, findings);
+  checkGaps(steps, findings);
   predictResources(dataset, findings);
   return findings;
 }

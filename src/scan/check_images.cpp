@@ -15,6 +15,8 @@ namespace {
 constexpr float JUMP = 0.06f;
 /** Share of the pixels that must be edges to say something. */
 constexpr double FEWEST_EDGES = 0.005;
+/** Agreement of two images of edges from which they say the same. */
+constexpr double SAME_VIEW = 0.4;
 
 /** Jumps between neighbours that both have depth, and between the nearest depths around holes. */
 cv::Mat
@@ -71,6 +73,12 @@ lookAtDepth(const cv::Mat& depth, FrameLook& look)
   look.far_depth = quantile(90);
 }
 
+bool
+hasEdges(const FrameLook& look)
+{
+  return !look.depth_edges.empty() && !look.color_edges.empty();
+}
+
 } // namespace
 
 std::uint64_t
@@ -124,6 +132,25 @@ lookAt(const RGBDFrame& frame, const CameraIntrinsics& camera)
   look.depth_edges = depthEdges(small_depth);
   look.color_edges = colorEdges(look.small_grey);
   return look;
+}
+
+std::vector<FrameLook>
+withDifferentEdges(const FrameSample& sample)
+{
+  std::vector<FrameLook> views;
+  for (const FrameLook& look : sample.looks)
+    if (hasEdges(look) && std::none_of(views.begin(), views.end(), [&look](const FrameLook& view) {
+          return look.color_edges.dot(view.color_edges) > SAME_VIEW;
+        }))
+      views.push_back(look);
+  return views;
+}
+
+double
+shareOfDifferentViews(const FrameSample& sample)
+{
+  const auto all = std::count_if(sample.looks.begin(), sample.looks.end(), hasEdges);
+  return all == 0 ? 1 : double(withDifferentEdges(sample).size()) / double(all);
 }
 
 double

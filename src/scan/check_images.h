@@ -49,6 +49,15 @@ lookAt(const RGBDFrame& frame, const CameraIntrinsics& camera);
 cv::Mat
 normalised(const cv::Mat& image);
 
+/** Frames with edges in colour and depth that differ from each other: a camera that stands still or
+ *  comes back shows one view, however many frames it takes. */
+std::vector<FrameLook>
+withDifferentEdges(const FrameSample& sample);
+
+/** Share of them in all frames with edges; 1 where there are none. */
+double
+shareOfDifferentViews(const FrameSample& sample);
+
 /** How well depth edges, moved by `shift`, lie on colour edges, -1 to 1; 0 when either is empty. */
 double
 agreement(const FrameLook& depth, const FrameLook& color, const cv::Point& shift = {});

@@ -23,10 +23,11 @@ constexpr double SURE = 3, MIN_GAIN_IN_TIME = 0.02, MIN_GAIN_IN_HALF = 0.04,
 constexpr double MIN_AGREEMENT = 0.13;
 /** ... and edges that lie elsewhere have at most this share of it at their own place. */
 constexpr double MOST_ELSEWHERE = 0.75;
-/** Agreement of two views from which they are one and the same. */
-constexpr double SAME_VIEW = 0.8;
 /** Agreement of a chance, and the share of other views that agree better by chance. */
 constexpr double CHANCE = 0.02, CHANCE_OF_BETTER = 0.15;
+/** Depth may be so much earlier or later: cameras that run free at 30 Hz are paired within 17 ms,
+ *  and exposure and transport add less [s]. Self-calibration finds it. */
+constexpr double USUAL_OFFSET = 0.04;
 /** Shifts up to this share of the image's width are mended by self-calibration, zooms are not. */
 constexpr double FAR_SHIFT = 0.05;
 
@@ -90,44 +91,22 @@ struct Shift {
   Gain gain;
 };
 
-/** The shift of the largest gain. */
+/** The shift of the largest gain. Frames that show one view are one witness. */
 Shift
 bestShift(const FrameSample& sample, const Window& window, double min_gain)
 {
   Shift best{0, {{0, min_gain, 0}, 0}};
+  const double repetition = std::sqrt(1 / shareOfDifferentViews(sample));
   const auto most = std::ptrdiff_t(window.end - window.begin) - 1;
   for (std::ptrdiff_t shift = -most; shift <= most; ++shift) {
     const Gain gain = gainOfShift(sample, window, shift);
     const double few =
         std::sqrt(double(SPREAD_KNOWN) / double(std::max<std::size_t>(1, gain.count)));
-    if (shift != 0 && gain.mean > best.gain.mean && gain.deviations > SURE * std::max(1.0, few))
+    if (shift != 0 && gain.mean > best.gain.mean &&
+        gain.deviations > SURE * repetition * std::max(1.0, few))
       best = {shift, gain};
   }
   return best;
-}
-
-std::vector<FrameLook>
-withEdges(const FrameSample& sample)
-{
-  std::vector<FrameLook> looks;
-  for (const FrameLook& look : sample.looks)
-    if (!look.depth_edges.empty() && !look.color_edges.empty())
-      looks.push_back(look);
-  return looks;
-}
-
-/** Frames with edges that differ from each other: a camera that stands still or comes back shows
- *  one view, however many frames it takes. */
-std::vector<FrameLook>
-withDifferentEdges(const FrameSample& sample)
-{
-  std::vector<FrameLook> views;
-  for (const FrameLook& look : withEdges(sample))
-    if (std::none_of(views.begin(), views.end(), [&look](const FrameLook& view) {
-          return look.color_edges.dot(view.color_edges) > SAME_VIEW;
-        }))
-      views.push_back(look);
-  return views;
 }
 
 std::vector<double>
@@ -147,8 +126,10 @@ struct Elsewhere {
 
 /** Depth that lies on the colour of another frame, all the time or in a part of the recording. */
 Elsewhere
-otherMoment(const FrameSample& sample)
+otherMoment(const FrameSample& sample, double interval)
 {
+  if (withDifferentEdges(sample).size() < FEWEST_FRAMES)
+    return {};
   const std::size_t number = sample.looks.size();
   const Window all{0, number}, halves[] = {{0, number / 2}, {number / 2, number}};
   Shift best = bestShift(sample, all, MIN_GAIN_IN_TIME);
@@ -159,6 +140,8 @@ otherMoment(const FrameSample& sample)
   if (best.frames == 0 || best.gain.agreement < MIN_AGREEMENT)
     return {};
   const std::size_t frames = std::size_t(std::abs(best.frames)) * sample.step;
+  if (interval > 0 && double(frames) * interval <= USUAL_OFFSET)
+    return {best.gain.agreement, {}};
   return {best.gain.agreement,
           Finding{Severity::FAULT,
                   "color_and_depth",
@@ -234,9 +217,10 @@ checkView(const FrameSample& sample, std::vector<Finding>& findings)
 } // namespace
 
 void
-checkTogether(const FrameSample& sample, int num_threads, std::vector<Finding>& findings)
+checkTogether(const FrameSample& sample, double interval, int num_threads,
+              std::vector<Finding>& findings)
 {
-  const Elsewhere moment = otherMoment(sample), place = otherPlace(sample, num_threads);
+  const Elsewhere moment = otherMoment(sample, interval), place = otherPlace(sample, num_threads);
   const Elsewhere& likelier = moment.agreement > place.agreement ? moment : place;
   if (likelier.finding)
     findings.push_back(*likelier.finding);

@@ -11,8 +11,10 @@
 namespace bundle_icp {
 
 /** Depth edges are edges in colour as well, of the same moment and the same view: says where they
- *  are not. */
+ *  are not.
+ *  \param interval from a frame to the next [s]; 0 = unknown */
 void
-checkTogether(const FrameSample& sample, int num_threads, std::vector<Finding>& findings);
+checkTogether(const FrameSample& sample, double interval, int num_threads,
+              std::vector<Finding>& findings);
 
 } // namespace bundle_icp

@@ -32,7 +32,7 @@ constexpr double FLAT = 2;
 /** A patch has a slope when its depths differ by this ratio. */
 constexpr double SLOPE = 1.1;
 /** A mean over patches so many of its deviations below 0 is no chance. */
-constexpr double SURE = 4;
+constexpr double SURE = 5;
 /** Fewer patches say nothing. */
 constexpr std::size_t FEWEST_PATCHES = 10;
 
@@ -188,7 +188,8 @@ numbersOf(const cv::Mat& depth, const CameraIntrinsics& camera)
 }
 
 void
-checkNumbers(const std::vector<DepthNumbers>& frames, std::vector<Finding>& findings)
+checkNumbers(const std::vector<DepthNumbers>& frames, double share_of_views,
+             std::vector<Finding>& findings)
 {
   std::vector<double> steps, step_sigmas, largest, at_most, alone, ray_shares, inverse_ratios;
   for (const DepthNumbers& frame : frames) {
@@ -229,10 +230,11 @@ checkNumbers(const std::vector<DepthNumbers>& frames, std::vector<Finding>& find
                     100 * share),
          {{"share", share}},
          "if the bytes of the files are swapped, or they hold no depth, convert them"});
-  if (deviationsOfMean(inverse_ratios) < -SURE)
+  const double inverse = -deviationsOfMean(inverse_ratios) * std::sqrt(share_of_views);
+  if (inverse > SURE)
     findings.push_back(fault("planes are flat only if the numbers are inverse depth (disparity), "
                              "not depth",
-                             "deviations", -deviationsOfMean(inverse_ratios),
+                             "deviations", inverse,
                              "convert disparity to depth: focal length x baseline / disparity"));
   else if (const Spread spread = spreadOf(ray_shares);
            ray_shares.size() >= FEWEST_PATCHES && spread.median > 0.5 && spread.median < 1.5 &&

@@ -31,8 +31,10 @@ DepthNumbers
 numbersOf(const cv::Mat& depth, const CameraIntrinsics& camera);
 
 /** Numbers that are no depth, or no longer: in steps, clipped, noise, inverse, along rays.
- *  \param frames the numbers of some frames */
+ *  \param frames the numbers of some frames
+ *  \param share_of_views of these frames, that show different views: others witness nothing new */
 void
-checkNumbers(const std::vector<DepthNumbers>& frames, std::vector<Finding>& findings);
+checkNumbers(const std::vector<DepthNumbers>& frames, double share_of_views,
+             std::vector<Finding>& findings);
 
 } // namespace bundle_icp

@@ -161,6 +161,31 @@ TEST(CheckRecording, RepeatedImagesBetweenTheFramesOfTheSample)
                   "neighbouring frames have the same colour image, bit for bit");
 }
 
+TEST(CheckRecording, OneFrameIsAnotherMomentUnlessItIsShort)
+{
+  struct LateDepth : ChangedScan {
+    double
+    timestamp(std::size_t index) const override
+    {
+      return interval * double(index);
+    }
+    double interval = 0.1;
+  };
+  LateDepth scan;
+  scan.change = [&scan](std::size_t index, RGBDFrame& frame) {
+    frame.depth = scan.original(std::min(index + 1, scan.size() - 1)).depth;
+  };
+  const auto isOfAnotherMoment = [&scan] {
+    const std::vector<Finding> findings = checkRecording(scan);
+    return std::any_of(findings.begin(), findings.end(), [](const Finding& finding) {
+      return finding.what.find("are of other moments") != std::string::npos;
+    });
+  };
+  EXPECT_TRUE(isOfAnotherMoment());
+  scan.interval = 0.033; // what cameras do that run free
+  EXPECT_FALSE(isOfAnotherMoment());
+}
+
 TEST(CheckRecording, GapsAreOfTimesOnly)
 {
   struct Numbered : ChangedScan {

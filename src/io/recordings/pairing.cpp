@@ -109,11 +109,11 @@ sayIfCutOff(const char* what, const Stream& stream, const Stream& other, double 
 {
   constexpr double most = 0.2;
   const std::vector<double> times = stampsOf(other);
-  const auto [first, last] = std::minmax_element(times.begin(), times.end());
+  const auto ends = std::minmax_element(times.begin(), times.end());
+  const double first = *ends.first - max_difference, last = *ends.second + max_difference;
   const auto outside =
       double(std::count_if(stream.begin(), stream.end(), [&](const StreamImage& image) {
-        return image.timestamp < *first - max_difference ||
-               image.timestamp > *last + max_difference;
+        return image.timestamp < first || image.timestamp > last;
       }));
   if (outside < 2 || outside <= most * double(stream.size()))
     return;
