@@ -145,11 +145,11 @@ twoMotionsFindings(const ImageGraph& graph)
     return {};
   return {{two > large_share * pairs ? Severity::WARNING : Severity::NOTE,
            "two_motions",
-           formatText("in %.0f of %.0f pairs of images two things move, each as a whole: poses are "
+           formatText("in %.0f of %.0f pairs of images something moves there on its own: poses are "
                       "those of what fills more of the images",
                       two, pairs),
            {{"pairs", two}, {"share", two / pairs}},
-           "leave the other out by images in a folder mask/, or record without it"}};
+           "leave it out by images in a folder mask/, or record without it"}};
 }
 
 std::vector<Finding>
