@@ -6,6 +6,7 @@
 #include "pose_arguments.h"
 #include "print_reconstruction.h"
 #include "scan_arguments.h"
+#include "several_scans.h"
 
 #include <bundle_icp/io/joined_dataset.h>
 #include <bundle_icp/io/rgbd_dataset.h>
@@ -15,18 +16,15 @@
 #include <boost/algorithm/string.hpp>
 #include <boost/filesystem.hpp>
 #include <boost/program_options.hpp>
-#include <nlohmann/json.hpp>
 #include <pcl/exceptions.h>
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <functional>
 #include <iomanip>
 #include <iostream>
 #include <map>
 #include <optional>
-#include <set>
 #include <sstream>
 
 namespace po = boost::program_options;
@@ -256,23 +254,6 @@ applyValues(const po::variables_map& values, Arguments& arguments)
     throw UsageError(error);
 }
 
-/** The recordings that the result in a folder was made from. */
-std::vector<std::string>
-recordingsOfResult(const std::string& folder)
-{
-  const std::string path = (boost::filesystem::path(folder) / "report.json").string();
-  std::ifstream file(path);
-  if (!file)
-    throw pcl::IOException(path + ": cannot be opened; --add needs an earlier result");
-  const auto json = nlohmann::json::parse(file, nullptr, false);
-  try {
-    return json.at("dataset").at("recordings").get<std::vector<std::string>>();
-  }
-  catch (const nlohmann::json::exception&) {
-    throw pcl::IOException(path + ": names no recordings that could be added to");
-  }
-}
-
 /** Puts those of the earlier result before the ones that were named. */
 void
 addEarlierScans(Arguments& arguments)
@@ -282,18 +263,6 @@ addEarlierScans(Arguments& arguments)
   std::vector<std::string> scans = recordingsOfResult(arguments.output);
   scans.insert(scans.end(), arguments.scans.begin(), arguments.scans.end());
   arguments.scans = std::move(scans);
-}
-
-/** A recording joined with itself would confirm itself. */
-void
-dropRepeatedScans(std::vector<std::string>& scans)
-{
-  namespace fs = boost::filesystem;
-  std::set<fs::path> known;
-  const auto is_repeated = [&known](const std::string& scan) {
-    return fs::exists(scan) && !known.insert(fs::canonical(scan)).second;
-  };
-  scans.erase(std::remove_if(scans.begin(), scans.end(), is_repeated), scans.end());
 }
 
 /** What needs one recording. */
