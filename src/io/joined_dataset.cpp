@@ -39,8 +39,7 @@ overlapInTime(const std::vector<RGBDDataset::Ptr>& recordings)
 {
   std::vector<std::pair<double, double>> times;
   for (const RGBDDataset::Ptr& recording : recordings)
-    if (recording->size() > 0)
-      times.push_back(timesOf(*recording));
+    times.push_back(timesOf(*recording));
   std::sort(times.begin(), times.end());
   for (std::size_t i = 1; i < times.size(); ++i)
     if (times[i].first <= times[i - 1].second)
@@ -67,6 +66,9 @@ JoinedDataset::JoinedDataset(std::vector<RGBDDataset::Ptr> recordings)
 {
   if (recordings_.empty())
     throw BadArgumentException("JoinedDataset: there are no recordings");
+  for (const RGBDDataset::Ptr& recording : recordings_)
+    if (!recording || recording->size() == 0)
+      throw BadArgumentException("JoinedDataset: a recording is null or has no frames");
   for (const RGBDDataset::Ptr& recording : recordings_)
     if (!areSame(recording->camera(), camera()))
       throw BadArgumentException(recording->name(0) + " and " + recordings_.front()->name(0) +

@@ -75,6 +75,12 @@ TEST(JoinedDataset, CamerasMustBeTheSame)
                     JoinedDataset({recordingFrom(0), recordingFrom(1, camera(61))});
                   }),
                   "cannot be joined");
+  const auto empty = std::make_shared<MemoryDataset>(camera());
+  for (const RGBDDataset::Ptr& none : {RGBDDataset::Ptr(), RGBDDataset::Ptr(empty)})
+    EXPECT_CONTAINS(messageOf<pcl::BadArgumentException>([&] {
+                      JoinedDataset({recordingFrom(0), none});
+                    }),
+                    "a recording is null or has no frames");
   EXPECT_CONTAINS(messageOf<pcl::BadArgumentException>([] { JoinedDataset({}); }),
                   "there are no recordings");
 }

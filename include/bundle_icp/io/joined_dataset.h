@@ -14,7 +14,8 @@ namespace bundle_icp {
 class BUNDLE_ICP_EXPORT JoinedDataset : public RGBDDataset {
 public:
   /** \param recordings at least one
-   *  \throws pcl::BadArgumentException when their cameras differ, or there are none. */
+   *  \throws pcl::BadArgumentException when their cameras differ, there are none, or one of them is
+   *  null or has no frames. */
   explicit JoinedDataset(std::vector<RGBDDataset::Ptr> recordings);
 
   std::size_t
