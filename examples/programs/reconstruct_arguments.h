@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// SPDX-FileCopyrightText: 2026 the bundle_icp authors
+//
+// Command line of bundle_icp_reconstruct.
+#pragma once
+
+#include "calibration_arguments.h"
+#include "pose_arguments.h"
+
+#include <bundle_icp/io/rgbd_dataset.h>
+#include <bundle_icp/reconstruction.h>
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace bundle_icp {
+
+struct ReconstructArguments {
+  std::vector<std::string> scans;
+  std::string output, method, matching, moving, solver, device = "auto";
+  DatasetOptions dataset;
+  CalibrationArguments calibration;
+  PoseArguments poses;
+  ReconstructionOptions reconstruction;
+  bool is_added = false, is_fresh = false, is_quiet = false;
+};
+
+/** \return nothing when the user asked for help. */
+std::optional<ReconstructArguments>
+parseReconstructArguments(int argc, char** argv);
+
+} // namespace bundle_icp
