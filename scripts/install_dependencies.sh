@@ -10,7 +10,7 @@ packages=(
   build-essential cmake ninja-build ccache
   libpcl-dev libopencv-dev libceres-dev
   libflann-dev libeigen3-dev
-  libboost-dev libboost-filesystem-dev libboost-program-options-dev
+  libboost-dev libboost-filesystem-dev libboost-program-options-dev libboost-serialization-dev
   nlohmann-json3-dev liblz4-dev zlib1g-dev libsqlite3-dev
   libgtest-dev libgmock-dev libbenchmark-dev
 )

@@ -42,8 +42,8 @@ printSummary(const ReconstructArguments& arguments, const RGBDDataset& dataset,
               << " m + " << noise.quadratic << " /m (z - " << noise.offset << " m)^2\n";
   if (!arguments.is_quiet && result.reused.features > 0)
     std::cerr << "of an earlier run: features of " << result.reused.features
-              << " frames, matches of " << result.reused.pairs
-              << " pairs (--fresh finds them anew)\n";
+              << " frames, matches of " << result.reused.pairs << " pairs"
+              << (result.reused.poses ? ", poses" : "") << " (--fresh finds them anew)\n";
   printReasons(result, 3);
   printDoubts(result);
   printCorrections(result);

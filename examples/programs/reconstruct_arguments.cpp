@@ -146,9 +146,10 @@ describe(ReconstructArguments& arguments)
   add_compared("add", po::bool_switch(&arguments.is_added),
                "SCAN is added to the recordings that the result in OUT was made from: as if all "
                "were named, with the options of this run");
-  add_compared("fresh", po::bool_switch(&arguments.is_fresh),
-               "find all features and matches anew; without it those of an earlier run are taken "
-               "from OUT/scan.db, where images, camera and options are the same");
+  add_compared(
+      "fresh", po::bool_switch(&arguments.is_fresh),
+      "find all features, matches and poses anew; without it those of an earlier run are taken "
+      "from OUT/scan.db, where images, camera and options are the same");
   add_compared("quiet,q", po::bool_switch(&arguments.is_quiet), "no progress");
   add_compared("help,h", "print this text");
   add_compared("version", "print the version");
@@ -168,8 +169,8 @@ printHelp(const po::options_description& visible)
          "TUM format, metres), OUT/sparse.ply (points), OUT/mesh.ply (coloured surface),\n"
          "OUT/report.json (outcome of each frame), OUT/calibration.json (corrections to the\n"
          "camera) and the pictures OUT/mesh.png and OUT/trajectory.png. OUT/scan.db keeps\n"
-         "features and matches: after a run that was stopped or killed, the same command goes on\n"
-         "with them; COLMAP opens it.\n"
+         "features, matches and poses: after a run that was stopped or killed, the same command\n"
+         "goes on with them; COLMAP opens it.\n"
          "SCAN is a recording in one of the formats of docs/recordings.md: TUM RGB-D, 7-Scenes,\n"
          "ScanNet, Open3D, Stray Scanner, Polycam, nerfstudio, PCL clouds, or folders of images.\n"
          "Several recordings of one camera and one place are joined to one scan.\n"

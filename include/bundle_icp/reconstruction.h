@@ -149,6 +149,7 @@ struct FrameReport : FrameRegistration {
 struct ReusedWork {
   std::size_t features = 0; ///< frames whose features were known
   std::size_t pairs = 0;    ///< pairs of frames that were matched before
+  bool poses = false;       ///< whether registration went on from what it had found before
 };
 
 /** Result of reconstruct(). The world frame is the camera frame of the earliest registered frame of

@@ -22,6 +22,22 @@ constexpr std::size_t MIN_FOR_MOTION_PRIOR = 20;
 
 } // namespace
 
+AdjusterState
+ComponentAdjuster::state() const
+{
+  AdjusterState state = state_;
+  state.prior_trust = prior_.trust();
+  return state;
+}
+
+void
+ComponentAdjuster::setState(const AdjusterState& state)
+{
+  state_ = state;
+  prior_.setTrust(state.prior_trust);
+  tellRegistrar();
+}
+
 std::vector<RelativePoseTerm>
 ComponentAdjuster::denseTerms(const SparseModel& model,
                               const std::vector<std::size_t>& frames) const
@@ -31,7 +47,7 @@ ComponentAdjuster::denseTerms(const SparseModel& model,
     std::size_t count = 0;
     for (const Neighbour& neighbour :
          registrar_.registeredNeighbours(model, frame, model.component(frame))) {
-      if (count == num_dense_neighbours_)
+      if (count == state_.num_dense_neighbours)
         break;
       if (!graph_.isKey(neighbour.frame))
         continue;
@@ -85,7 +101,7 @@ ComponentAdjuster::calibrate(SparseModel& model, int component)
   const std::vector<std::size_t> keys = keyFrames(model, component);
   const bool moving = model.calibration()[CalibrationParameter::READOUT] != 0 ||
                       model.calibration()[CalibrationParameter::TIME_OFFSET] != 0;
-  const bool tests = options_.refinement.self_calibration && calibrated_component_ < 0 &&
+  const bool tests = options_.refinement.self_calibration && state_.calibrated_component < 0 &&
                      keys.size() >= options_.refinement.calibration_test.min_frames;
   if (!moving && !tests)
     return;
@@ -95,13 +111,20 @@ ComponentAdjuster::calibrate(SparseModel& model, int component)
     return;
   SelfCalibrationOptions test = options_.refinement.calibration_test;
   test.num_threads = options_.num_threads;
-  self_calibration_ = selfCalibrate(graph_, keys, options_.adjustment, test, model);
-  if (options_.refinement.calibration_test.depth_errors) {
-    registrar_.setDepthErrors(self_calibration_.depth_errors);
-    if (!self_calibration_.depth_errors && options_.refinement.num_dense_neighbours > 0)
-      num_dense_neighbours_ = options_.refinement.num_exact_dense_neighbours;
-  }
-  calibrated_component_ = component;
+  state_.self_calibration = selfCalibrate(graph_, keys, options_.adjustment, test, model);
+  if (options_.refinement.calibration_test.depth_errors && !state_.self_calibration.depth_errors &&
+      options_.refinement.num_dense_neighbours > 0)
+    state_.num_dense_neighbours = options_.refinement.num_exact_dense_neighbours;
+  state_.calibrated_component = component;
+  tellRegistrar();
+}
+
+/** The result of self-calibration about depth errors. */
+void
+ComponentAdjuster::tellRegistrar()
+{
+  if (state_.calibrated_component >= 0 && options_.refinement.calibration_test.depth_errors)
+    registrar_.setDepthErrors(state_.self_calibration.depth_errors);
 }
 
 std::vector<std::size_t>
@@ -120,9 +143,9 @@ ComponentAdjuster::problem(const SparseModel& model, int component) const
 {
   BundleAdjustmentProblem problem;
   problem.variable = keyFrames(model, component);
-  problem.depth_errors = self_calibration_.depth_errors;
-  if (component == calibrated_component_)
-    problem.calibrated = self_calibration_.calibrated;
+  problem.depth_errors = state_.self_calibration.depth_errors;
+  if (component == state_.calibrated_component)
+    problem.calibrated = state_.self_calibration.calibrated;
   return problem;
 }
 
@@ -146,11 +169,11 @@ ComponentAdjuster::relativePoses(const SparseModel& model, int component,
                                  const std::vector<std::size_t>& frames, bool dense)
 {
   std::vector<RelativePoseTerm> terms;
-  if (dense && num_dense_neighbours_ > 0)
+  if (dense && state_.num_dense_neighbours > 0)
     terms = denseTerms(model, frames);
-  if (dense || component != measured_component_)
+  if (dense || component != state_.measured_component)
     prior_.forget();
-  measured_component_ = component;
+  state_.measured_component = component;
   prior_.measure(model, frames);
   const std::vector<RelativePoseTerm> of_prior = prior_.terms(model, frames);
   terms.insert(terms.end(), of_prior.begin(), of_prior.end());
@@ -165,15 +188,15 @@ ComponentAdjuster::adjust(SparseModel& model, int component, int max_iterations,
   BundleAdjustmentProblem problem = this->problem(model, component);
   BundleAdjustmentOptions options = options_.adjustment;
   const int rounds = !options_.schedule.global_adjustment ? 0 : dense ? FINAL_ROUNDS : 1;
-  terms_.clear();
+  state_.terms.clear();
   for (int round = 0; round < rounds; ++round) {
     // Another round with the dense terms follows: this one need not settle.
     const bool is_last = round + 1 == rounds;
     options.max_iterations =
         is_last ? max_iterations : std::min(max_iterations, INTERMEDIATE_ITERATIONS);
     if (is_last)
-      terms_ = relativePoses(model, component, problem.variable, dense);
-    problem.relative_poses = terms_;
+      state_.terms = relativePoses(model, component, problem.variable, dense);
+    problem.relative_poses = state_.terms;
     adjustBundle(graph_, problem, options, model);
     model.removeOutliers(graph_, options_.tracks);
     if (dense)
@@ -194,7 +217,7 @@ ComponentAdjuster::finalPoses(const SparseModel& model, int component,
     poses.push_back({frame, !own[frame]});
   parallelFor(poses.size(), options_.num_threads, {}, [&](std::size_t k) {
     const std::size_t frame = poses[k].frame;
-    poses[k].own = own[frame] ? *own[frame] : registrar_.poseCovariance(model, frame, terms_);
+    poses[k].own = own[frame] ? *own[frame] : registrar_.poseCovariance(model, frame, state_.terms);
   });
   return poses;
 }
@@ -207,7 +230,7 @@ ComponentAdjuster::applyMotionPrior(SparseModel& model, int component,
 {
   std::vector<FinalPose> finals = finalPoses(model, component, own);
   BundleAdjustmentProblem evidence = problem(model, component);
-  evidence.relative_poses = terms_;
+  evidence.relative_poses = state_.terms;
   const SparseModel adjusted = model;
   if (options_.refinement.motion_prior && options_.schedule.ordered_in_time &&
       finals.size() >= MIN_FOR_MOTION_PRIOR) {

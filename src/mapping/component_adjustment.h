@@ -13,6 +13,16 @@
 
 namespace bundle_icp {
 
+/** What a ComponentAdjuster knows from the components before, and from its last adjustment. */
+struct AdjusterState {
+  SelfCalibrationResult self_calibration;
+  int calibrated_component = -1; ///< component of the calibration
+  std::size_t num_dense_neighbours = 0;
+  PriorTrust prior_trust;
+  int measured_component = -1;         ///< component that the prior was compared with
+  std::vector<RelativePoseTerm> terms; ///< dense ones and the prior's, of the last adjustment
+};
+
 /** Adjustments of a whole component: self-calibration, global adjustment with all evidence, prior
  *  poses among it, and the motion prior. */
 class ComponentAdjuster {
@@ -22,10 +32,17 @@ public:
 
   ComponentAdjuster(const ImageGraph& graph, FrameRegistrar& registrar,
                     const MapperOptions& options)
-  : graph_(graph), registrar_(registrar), options_(options),
-    num_dense_neighbours_(options.refinement.num_dense_neighbours), prior_(graph, options)
+  : graph_(graph), registrar_(registrar), options_(options), prior_(graph, options)
   {
+    state_.num_dense_neighbours = options.refinement.num_dense_neighbours;
   }
+
+  AdjusterState
+  state() const;
+
+  /** Goes on from the state of another adjuster of the same graph; the registrar as well. */
+  void
+  setState(const AdjusterState& state);
 
   /** Adjusts the key frames of a component that still grows. */
   void
@@ -52,7 +69,7 @@ public:
   const SelfCalibrationResult&
   selfCalibration() const
   {
-    return self_calibration_;
+    return state_.self_calibration;
   }
 
   /** Prior poses, trusted as the component that was adjusted last shows. */
@@ -71,6 +88,8 @@ private:
   finalPoses(const SparseModel& model, int component,
              const std::vector<std::optional<Matrix6d>>& own) const;
   void
+  tellRegistrar();
+  void
   findMotions(SparseModel& model, int component) const;
   void
   adjust(SparseModel& model, int component, int max_iterations, bool dense);
@@ -83,12 +102,8 @@ private:
   const ImageGraph& graph_;
   FrameRegistrar& registrar_;
   const MapperOptions& options_;
-  SelfCalibrationResult self_calibration_;
-  std::size_t num_dense_neighbours_;
   PriorMotions prior_;
-  int measured_component_ = -1;         ///< component that the prior was compared with
-  std::vector<RelativePoseTerm> terms_; ///< dense ones and the prior's, of the last adjustment
-  int calibrated_component_ = -1;       ///< component of the calibration
+  AdjusterState state_; ///< without that of prior_
 };
 
 /** Numbers the components anew, the largest first: they grow in the order of their best connected

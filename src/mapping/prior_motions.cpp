@@ -93,9 +93,9 @@ PriorMotions::PriorMotions(const ImageGraph& graph, const MapperOptions& options
 {
   const std::vector<std::size_t> by_time = byTime(graph);
   if (options.refinement.pose_prior)
-    report_.frames = std::size_t(std::count_if(
+    trust_.report.frames = std::size_t(std::count_if(
         by_time.begin(), by_time.end(), [&graph](auto i) { return graph.prior(i).has_value(); }));
-  if (report_.frames == 0 || !options.schedule.ordered_in_time)
+  if (trust_.report.frames == 0 || !options.schedule.ordered_in_time)
     return;
   place_in_time_.resize(by_time.size());
   for (std::size_t place = 0; place < by_time.size(); ++place)
@@ -105,10 +105,10 @@ PriorMotions::PriorMotions(const ImageGraph& graph, const MapperOptions& options
 void
 PriorMotions::forget()
 {
-  const std::size_t frames = report_.frames;
-  report_ = {};
-  report_.frames = frames;
-  position_factor_ = rotation_factor_ = 1;
+  const std::size_t frames = trust_.report.frames;
+  trust_.report = {};
+  trust_.report.frames = frames;
+  trust_.position_factor = trust_.rotation_factor = 1;
 }
 
 std::optional<PriorMotion>
@@ -128,11 +128,11 @@ std::optional<PriorMotion>
 PriorMotions::between(std::size_t first, std::size_t second) const
 {
   std::optional<PriorMotion> motion = said(first, second);
-  const bool is_trusted = report_.uses_position || report_.uses_rotation;
+  const bool is_trusted = trust_.report.uses_position || trust_.report.uses_rotation;
   if (!motion || !is_trusted)
     return std::nullopt;
-  motion->position_sigma *= position_factor_;
-  motion->rotation_sigma *= rotation_factor_;
+  motion->position_sigma *= trust_.position_factor;
+  motion->rotation_sigma *= trust_.rotation_factor;
   return motion;
 }
 
@@ -166,19 +166,21 @@ PriorMotions::measure(const SparseModel& model, const std::vector<std::size_t>& 
     }
   if (position_errors.empty())
     return;
-  position_factor_ = std::max(position_factor_, factorOf(position_errors, translations));
-  rotation_factor_ = std::max(rotation_factor_, factorOf(rotation_errors, rotations));
-  report_.motions = position_errors.size();
-  report_.uses_position = std::isfinite(position_factor_);
-  report_.uses_rotation = std::isfinite(rotation_factor_);
-  report_.said_position = medianOf(position_sigmas);
-  report_.said_rotation = medianOf(rotation_sigmas);
-  report_.measured_position = measuredDeviation(report_.said_position, position_errors);
-  report_.measured_rotation = measuredDeviation(report_.said_rotation, rotation_errors);
-  report_.left_out = 0;
+  trust_.position_factor =
+      std::max(trust_.position_factor, factorOf(position_errors, translations));
+  trust_.rotation_factor = std::max(trust_.rotation_factor, factorOf(rotation_errors, rotations));
+  PosePriorReport& report = trust_.report;
+  report.motions = position_errors.size();
+  report.uses_position = std::isfinite(trust_.position_factor);
+  report.uses_rotation = std::isfinite(trust_.rotation_factor);
+  report.said_position = medianOf(position_sigmas);
+  report.said_rotation = medianOf(rotation_sigmas);
+  report.measured_position = measuredDeviation(report.said_position, position_errors);
+  report.measured_rotation = measuredDeviation(report.said_rotation, rotation_errors);
+  report.left_out = 0;
   for (const auto& [first, second] : pairsOf(frames))
     if (const auto motion = between(first, second))
-      report_.left_out += contradicts(*motion, motionIn(model, first, second));
+      report.left_out += contradicts(*motion, motionIn(model, first, second));
 }
 
 std::vector<RelativePoseTerm>

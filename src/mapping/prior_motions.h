@@ -22,6 +22,12 @@ struct PriorMotion {
   term(std::size_t first, std::size_t second) const;
 };
 
+/** What the data say of prior poses. */
+struct PriorTrust {
+  double position_factor = 1, rotation_factor = 1; ///< on the deviations, 1 ... infinity
+  PosePriorReport report;                          ///< of the last PriorMotions::measure()
+};
+
 /** The motions that prior poses say, trusted as far as the data confirm them: where the data show
  *  larger errors than the prior's deviations, these grow, and never shrink again. */
 class PriorMotions {
@@ -49,11 +55,17 @@ public:
   std::optional<PriorMotion>
   between(std::size_t first, std::size_t second) const;
 
-  /** Of the last measure(). */
-  const PosePriorReport&
-  report() const
+  const PriorTrust&
+  trust() const
   {
-    return report_;
+    return trust_;
+  }
+
+  /** \param trust of an earlier run on the same frames */
+  void
+  setTrust(const PriorTrust& trust)
+  {
+    trust_ = trust;
   }
 
 private:
@@ -64,9 +76,8 @@ private:
   said(std::size_t first, std::size_t second) const;
 
   const ImageGraph& graph_;
-  std::vector<std::size_t> place_in_time_;           ///< of each frame; empty = not used
-  double position_factor_ = 1, rotation_factor_ = 1; ///< on the deviations, 1 ... infinity
-  PosePriorReport report_;
+  std::vector<std::size_t> place_in_time_; ///< of each frame; empty = not used
+  PriorTrust trust_;
 };
 
 } // namespace bundle_icp

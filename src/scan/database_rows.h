@@ -172,4 +172,14 @@ toPair(const PairRow& row)
   return pair;
 }
 
+/** Of a row of bundle_icp_map. */
+inline std::int64_t
+checksumOf(std::uint64_t fingerprint, const Bytes& state)
+{
+  Checksum sum;
+  sum.addNumber(fingerprint);
+  sum.add(state);
+  return sum.value();
+}
+
 } // namespace bundle_icp

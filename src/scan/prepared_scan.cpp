@@ -5,6 +5,7 @@
 #include "common/parallel.h"
 #include "graph/feature_checks.h"
 #include "io/text_file.h"
+#include "scan/settings_hash.h"
 
 #include <bundle_icp/scan/check.h>
 
@@ -236,9 +237,17 @@ PreparedScan::Impl::buildGraph(const ProgressCallback& progress)
   if (stored_) {
     stored_->commit();
     reused_ = stored_->reused();
-    stored_.reset(); // others may use the file from here on
   }
   return completed;
+}
+
+std::unique_ptr<StoredMap>
+PreparedScan::Impl::storedMap(const MapperOptions& mapper) const
+{
+  if (!stored_)
+    return nullptr;
+  return stored_->map(*graph_, settingsHash(options_.graph, mapper, options_.depth_reduction,
+                                            options_.mapper.registration.virtual_depth));
 }
 
 const Features&

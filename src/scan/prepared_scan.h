@@ -91,6 +91,17 @@ public:
     return depth_views_;
   }
 
+  /** After needGraph(): where the mapper's state is kept; null when it is not kept. */
+  std::unique_ptr<StoredMap>
+  storedMap(const MapperOptions& mapper) const;
+
+  /** Others may use the file of the database from here on. No other reconstruction may follow. */
+  void
+  releaseDatabase()
+  {
+    stored_.reset();
+  }
+
   /** Frees data that matched frames no longer need. No other reconstruction may follow. */
   void
   releaseDescriptors(bool keep_key_frames = false);

@@ -241,11 +241,15 @@ Reconstruction::mapFrames()
     return scan_.depthViews().get(result_.frame_of_node[node], model.calibration(),
                                   model.depthError(node));
   };
-  IncrementalMapper mapper(*result_.graph, depth_of_node,
-                           mapperOptions(options_, scan_.dataset().isOrdered()));
-  const bool completed = mapper.run(result_.model, progress_);
-  if (is_last_)
+  const MapperOptions mapper_options = mapperOptions(options_, scan_.dataset().isOrdered());
+  const std::unique_ptr<StoredMap> store = scan_.storedMap(mapper_options);
+  IncrementalMapper mapper(*result_.graph, depth_of_node, mapper_options);
+  const bool completed = mapper.run(result_.model, progress_, store.get());
+  result_.reused.poses = store && store->wasKnown();
+  if (is_last_) {
     scan_.releaseDescriptors();
+    scan_.releaseDatabase();
+  }
   result_.self_calibration = mapper.selfCalibration();
   result_.pose_prior = mapper.posePrior();
   chooseWorld(result_);

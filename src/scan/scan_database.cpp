@@ -3,7 +3,7 @@
 #include "scan/scan_database.h"
 
 #include "scan/database_rows.h"
-#include "scan/sqlite_connection.h"
+#include "scan/database_tables.h"
 
 #include <bundle_icp/common/exceptions.h>
 
@@ -16,8 +16,6 @@
 namespace bundle_icp {
 namespace {
 
-constexpr std::int64_t APPLICATION_ID = 0x62696370; ///< "bicp", in the header of the file
-constexpr std::int64_t SCHEMA_VERSION = 1;
 constexpr std::int64_t MAX_IMAGES = 2147483647; ///< of COLMAP's pair_id
 constexpr int PINHOLE = 1;    ///< COLMAP's number of the camera model fx, fy, cx, cy
 constexpr int CALIBRATED = 2; ///< COLMAP's number of a pair with an essential matrix
@@ -25,48 +23,6 @@ constexpr int CALIBRATED = 2; ///< COLMAP's number of a pair with an essential m
 constexpr float PIXEL_CENTRE = 0.5f;
 /** No more work than this is lost with the process. */
 constexpr std::chrono::seconds LONGEST_TRANSACTION{1};
-
-/** Tables of COLMAP 3.8, then what they lack. PRAGMA user_version is COLMAP's. */
-const char* const TABLES = R"sql(
-CREATE TABLE cameras (camera_id INTEGER PRIMARY KEY AUTOINCREMENT NOT NULL, model INTEGER NOT NULL,
-  width INTEGER NOT NULL, height INTEGER NOT NULL, params BLOB,
-  prior_focal_length INTEGER NOT NULL);
-CREATE TABLE images (image_id INTEGER PRIMARY KEY AUTOINCREMENT NOT NULL, name TEXT NOT NULL UNIQUE,
-  camera_id INTEGER NOT NULL, prior_qw REAL, prior_qx REAL, prior_qy REAL, prior_qz REAL,
-  prior_tx REAL, prior_ty REAL, prior_tz REAL,
-  CONSTRAINT image_id_check CHECK (image_id >= 0 AND image_id < 2147483647),
-  FOREIGN KEY (camera_id) REFERENCES cameras (camera_id));
-CREATE UNIQUE INDEX index_name ON images (name);
-CREATE TABLE keypoints (image_id INTEGER PRIMARY KEY NOT NULL, rows INTEGER NOT NULL,
-  cols INTEGER NOT NULL, data BLOB,
-  FOREIGN KEY (image_id) REFERENCES images (image_id) ON DELETE CASCADE);
-CREATE TABLE descriptors (image_id INTEGER PRIMARY KEY NOT NULL, rows INTEGER NOT NULL,
-  cols INTEGER NOT NULL, data BLOB,
-  FOREIGN KEY (image_id) REFERENCES images (image_id) ON DELETE CASCADE);
-CREATE TABLE matches (pair_id INTEGER PRIMARY KEY NOT NULL, rows INTEGER NOT NULL,
-  cols INTEGER NOT NULL, data BLOB);
-CREATE TABLE two_view_geometries (pair_id INTEGER PRIMARY KEY NOT NULL, rows INTEGER NOT NULL,
-  cols INTEGER NOT NULL, data BLOB, config INTEGER NOT NULL, F BLOB, E BLOB, H BLOB, qvec BLOB,
-  tvec BLOB);
-
-CREATE TABLE bundle_icp_schema (version INTEGER NOT NULL);
-CREATE TABLE bundle_icp_features (image_id INTEGER PRIMARY KEY NOT NULL, content INTEGER NOT NULL,
-  sharpness REAL, pixels BLOB, pixel_sigmas BLOB, depths BLOB, depth_sigmas BLOB,
-  depth_slopes BLOB, colors BLOB, checksum INTEGER,
-  FOREIGN KEY (image_id) REFERENCES images (image_id) ON DELETE CASCADE);
-CREATE TABLE bundle_icp_pairs (pair_id INTEGER PRIMARY KEY NOT NULL, first INTEGER NOT NULL,
-  second INTEGER NOT NULL, settings INTEGER NOT NULL, num_putative INTEGER NOT NULL, matches BLOB,
-  first_from_second BLOB, other_matches BLOB, other_first_from_second BLOB,
-  checksum INTEGER NOT NULL,
-  FOREIGN KEY (first) REFERENCES images (image_id) ON DELETE CASCADE,
-  FOREIGN KEY (second) REFERENCES images (image_id) ON DELETE CASCADE);
-CREATE INDEX bundle_icp_pairs_first ON bundle_icp_pairs (first);
-CREATE INDEX bundle_icp_pairs_second ON bundle_icp_pairs (second);
-CREATE TRIGGER bundle_icp_forget_pair AFTER DELETE ON bundle_icp_pairs BEGIN
-  DELETE FROM matches WHERE pair_id = OLD.pair_id;
-  DELETE FROM two_view_geometries WHERE pair_id = OLD.pair_id;
-END;
-)sql";
 
 std::int64_t
 pairId(std::int64_t first, std::int64_t second)
@@ -102,32 +58,6 @@ colmapMatrix(const CameraIntrinsics& camera)
   k(0, 2) = camera.cx + PIXEL_CENTRE;
   k(1, 2) = camera.cy + PIXEL_CENTRE;
   return k;
-}
-
-/** Makes a new file a scan database, and checks an older one. */
-void
-prepareTables(Connection& connection)
-{
-  // Also keeps other processes out, from the first access on.
-  connection.execute("PRAGMA locking_mode = EXCLUSIVE");
-  const std::int64_t application = number(connection, "PRAGMA application_id");
-  const bool is_new =
-      application == 0 && number(connection, "SELECT count(*) FROM sqlite_master") == 0;
-  if (!is_new && application != APPLICATION_ID)
-    throw IOException(connection.path() + ": is a database of another program; move it away");
-  if (!is_new && number(connection, "SELECT version FROM bundle_icp_schema") != SCHEMA_VERSION)
-    throw IOException(connection.path() +
-                      ": is a scan database of another version of bundle_icp; move it away");
-  // Large pages, and few visits to the disk: rows are large.
-  connection.execute("PRAGMA page_size = 16384; PRAGMA journal_mode = WAL;"
-                     "PRAGMA wal_autocheckpoint = 4096; PRAGMA synchronous = NORMAL;"
-                     "PRAGMA foreign_keys = ON; BEGIN IMMEDIATE");
-  if (is_new) {
-    connection.execute(TABLES);
-    run(connection, "INSERT INTO bundle_icp_schema VALUES (?)", SCHEMA_VERSION);
-    connection.execute(("PRAGMA application_id = " + std::to_string(APPLICATION_ID)).c_str());
-  }
-  connection.execute("COMMIT");
 }
 
 } // namespace
@@ -268,7 +198,8 @@ ScanDatabase::ScanDatabase(const std::string& path, bool fresh)
   impl_ = std::make_unique<Impl>(path);
   if (fresh) {
     impl_->begin();
-    impl_->connection.execute("DELETE FROM images; DELETE FROM cameras");
+    impl_->connection.execute(
+        "DELETE FROM images; DELETE FROM cameras; DELETE FROM bundle_icp_map");
     impl_->commit();
   }
 }
@@ -368,6 +299,34 @@ ScanDatabase::addPair(ImageId first, ImageId second, std::uint64_t settings, con
     if (!pair.matches.empty())
       impl_->addColmapPair(first, second, pair, camera);
     impl_->commitSometimes();
+  });
+}
+
+std::optional<std::string>
+ScanDatabase::map(std::uint64_t fingerprint)
+{
+  return impl_->use([&]() -> std::optional<std::string> {
+    Query query(impl_->connection,
+                "SELECT state, checksum FROM bundle_icp_map WHERE fingerprint = ?",
+                std::int64_t(fingerprint));
+    if (!query.next())
+      return std::nullopt;
+    const Bytes state = query.bytes(0);
+    if (checksumOf(fingerprint, state) != query.integer(1))
+      impl_->connection.failDamaged();
+    return state;
+  });
+}
+
+void
+ScanDatabase::setMap(std::uint64_t fingerprint, const std::string& state)
+{
+  impl_->use([&] {
+    impl_->begin();
+    run(impl_->connection, "DELETE FROM bundle_icp_map");
+    run(impl_->connection, "INSERT INTO bundle_icp_map VALUES (?, ?, ?)", std::int64_t(fingerprint),
+        state, checksumOf(fingerprint, state));
+    impl_->commit();
   });
 }
 

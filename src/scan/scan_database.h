@@ -57,6 +57,15 @@ public:
   addPair(ImageId first, ImageId second, std::uint64_t settings, const FramePair& pair,
           const CameraIntrinsics& camera);
 
+  /** What setMap() kept under that fingerprint; unset when it was of another. */
+  std::optional<std::string>
+  map(std::uint64_t fingerprint);
+
+  /** In place of any other, at once.
+   *  \param fingerprint hash of all that the map depends on */
+  void
+  setMap(std::uint64_t fingerprint, const std::string& state);
+
   /** Keeps what was added until now. */
   void
   commit();

@@ -2,52 +2,16 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "scan/stored_frames.h"
 
+#include "common/archive.h"
 #include "scan/check_images.h"
-
-#include <bundle_icp/version.h>
+#include "scan/settings_hash.h"
 
 #include <boost/filesystem.hpp>
-#include <opencv2/core/utility.hpp>
 
 #include <map>
 
 namespace bundle_icp {
 namespace {
-
-/** To be raised by a change that gives other features or matches. */
-constexpr int REVISION = 1;
-
-std::uint64_t
-hashOf(std::vector<double> numbers)
-{
-  // Another version may find other things, and SIFT, which is OpenCV's, does so without AVX2.
-  for (const int number :
-       {REVISION, BUNDLE_ICP_VERSION_NUMBER, int(cv::getVersionMajor()), int(cv::getVersionMinor()),
-        int(cv::getVersionRevision()), int(cv::checkHardwareSupport(CV_CPU_AVX2))})
-    numbers.push_back(number);
-  return bundle_icp::hashOf(cv::Mat(1, int(numbers.size()), CV_64F, numbers.data()));
-}
-
-/** Of all numbers that features depend on besides the images. */
-std::uint64_t
-settingsOf(const FeatureOptions& options, const CameraIntrinsics& camera)
-{
-  const DepthNoise& noise = camera.depth_noise;
-  return hashOf({camera.fx, camera.fy, camera.cx, camera.cy, noise.constant, noise.quadratic,
-                 noise.offset, double(options.max_features), options.contrast_threshold,
-                 double(options.image_reduction), double(options.depth_radius),
-                 options.pixel_sigma});
-}
-
-/** Of all numbers that the matches of two images depend on besides their features. */
-std::uint64_t
-settingsOf(const MatchingOptions& options)
-{
-  const RigidAlignmentOptions& verification = options.verification;
-  return hashOf({double(options.backend), options.ratio, double(options.min_matches),
-                 verification.inlier_sigmas, double(verification.max_samples),
-                 verification.confidence, double(verification.seed)});
-}
 
 /** The name of a frame from the folder of its recording on, so that a recording may be moved. */
 std::string
@@ -81,19 +45,18 @@ namesOf(const RGBDDataset& dataset)
 
 StoredFrames::StoredFrames(const RGBDDataset& dataset, const ReconstructionOptions& options)
 : database_(options.database->path, options.database->fresh), camera_(dataset.camera()),
-  feature_settings_(settingsOf(options.features, dataset.camera())),
-  match_settings_(settingsOf(options.graph.matching)), names_(namesOf(dataset)),
-  images_(dataset.size())
+  feature_settings_(settingsHash(options.features, dataset.camera())),
+  match_settings_(settingsHash(options.graph.matching)), names_(namesOf(dataset)),
+  images_(dataset.size()), contents_(dataset.size())
 {
 }
 
 std::optional<Features>
 StoredFrames::features(std::size_t frame, const RGBDFrame& rgbd)
 {
-  std::uint64_t parts[] = {bundle_icp::hashOf(rgbd.color), bundle_icp::hashOf(rgbd.depth),
-                           feature_settings_};
-  images_[frame] =
-      database_.image(names_[frame], bundle_icp::hashOf(cv::Mat(1, 3, CV_64F, parts)), camera_);
+  std::uint64_t parts[] = {hashOf(rgbd.color), hashOf(rgbd.depth), feature_settings_};
+  contents_[frame] = hashOf(cv::Mat(1, 3, CV_64F, parts));
+  images_[frame] = database_.image(names_[frame], contents_[frame], camera_);
   std::optional<Features> features = database_.features(images_[frame]);
   reused_features_ += features.has_value();
   return features;
@@ -119,6 +82,20 @@ StoredFrames::add(const FramePair& pair)
 {
   database_.addPair(imageOfNode(pair.first), imageOfNode(pair.second), match_settings_, pair,
                     camera_);
+}
+
+std::unique_ptr<StoredMap>
+StoredFrames::map(const ImageGraph& graph, std::uint64_t settings)
+{
+  std::string nodes;
+  for (std::size_t node = 0; node < graph.size(); ++node) {
+    const PosePrior prior = graph.prior(node).value_or(PosePrior());
+    nodes += toArchive(contents_[frame_of_node_[node]], graph.timestamp(node),
+                       graph.prior(node).has_value(), prior.world_from_camera, prior.position_sigma,
+                       prior.rotation_sigma);
+  }
+  return std::make_unique<StoredMap>(database_,
+                                     settingsHash(toArchive(settings, match_settings_, nodes)));
 }
 
 } // namespace bundle_icp

@@ -2,7 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #pragma once
 
-#include "scan/scan_database.h"
+#include "scan/stored_map.h"
 
 #include <bundle_icp/io/rgbd_dataset.h>
 #include <bundle_icp/reconstruction.h>
@@ -45,6 +45,11 @@ public:
   void
   add(const FramePair& pair) override;
 
+  /** The map of the graph of all nodes, which this object has to outlive.
+   *  \param settings hash of all options that it depends on besides those of features */
+  std::unique_ptr<StoredMap>
+  map(const ImageGraph& graph, std::uint64_t settings);
+
   /** Keeps what was added until now. */
   void
   commit()
@@ -70,6 +75,7 @@ private:
   const std::uint64_t feature_settings_, match_settings_;
   std::vector<std::string> names_;
   std::vector<ScanDatabase::ImageId> images_; ///< of the frames
+  std::vector<std::uint64_t> contents_;       ///< of the frames: hash of all that features are of
   std::vector<std::size_t> frame_of_node_;
   std::atomic<std::size_t> reused_features_{0}, reused_pairs_{0};
 };

@@ -32,6 +32,47 @@ roomGraph()
   return graph;
 }
 
+/** Keeps the last state, as a file would. */
+struct MapInMemory : MapStore {
+  std::optional<std::string>
+  load() override
+  {
+    return state;
+  }
+
+  void
+  save(const std::string& new_state) override
+  {
+    state = new_state;
+    all.push_back(new_state);
+  }
+
+  std::optional<std::string> state;
+  std::vector<std::string> all;
+};
+
+/** The poses, points and outcomes of a run that begins with what `store` has. */
+void
+expectSameResult(const SparseModel& expected, const std::vector<FrameRegistration>& registrations,
+                 MapInMemory store, std::size_t num_steps = 1000)
+{
+  IncrementalMapper mapper(roomGraph(), roomScan().provider());
+  SparseModel model;
+  std::size_t steps = 0;
+  EXPECT_TRUE(mapper.run(
+      model, [&](const Progress&) { return ++steps <= num_steps; }, &store));
+  for (std::size_t i = 0; i < roomScan().nodes.size(); ++i) {
+    EXPECT_EQ(model.worldFromCamera(i).matrix(), expected.worldFromCamera(i).matrix());
+    EXPECT_EQ(model.depthError(i), expected.depthError(i));
+    EXPECT_EQ(mapper.registrations()[i].covariance, registrations[i].covariance);
+    EXPECT_EQ(mapper.registrations()[i].inliers, registrations[i].inliers);
+  }
+  EXPECT_EQ(model.calibration().values, expected.calibration().values);
+  ASSERT_EQ(model.points().size(), expected.points().size());
+  for (std::size_t p = 0; p < model.points().size(); ++p)
+    ASSERT_EQ(model.points()[p].position, expected.points()[p].position);
+}
+
 } // namespace
 
 TEST(IncrementalMapper, RegistersAScanWhereItWasTaken)
@@ -102,6 +143,35 @@ TEST(IncrementalMapper, StopsWhenAsked)
   EXPECT_FALSE(mapper.run(model, stop_soon));
   EXPECT_GE(model.registeredFrames().size(), 4u);
   EXPECT_LT(model.registeredFrames().size(), 15u);
+}
+
+TEST(IncrementalMapper, GoesOnFromAnyStateToTheSameResult)
+{
+  SparseModel expected;
+  IncrementalMapper whole(roomGraph(), roomScan().provider());
+  std::size_t steps = 0;
+  MapInMemory states;
+  EXPECT_TRUE(whole.run(
+      expected, [&](const Progress&) { return ++steps > 0; }, &states));
+  // Each stage of the component ends with a save.
+  ASSERT_GE(states.all.size(), 6u);
+  for (const std::string& state : states.all) {
+    MapInMemory store;
+    store.state = state;
+    expectSameResult(expected, whole.registrations(), store);
+  }
+  // The state at the end leaves nothing to do.
+  expectSameResult(expected, whole.registrations(), states, 0);
+  // Stopped between two frames.
+  for (std::size_t last = 0; last < steps; last += 2) {
+    MapInMemory store;
+    SparseModel model;
+    std::size_t step = 0;
+    EXPECT_FALSE(IncrementalMapper(roomGraph(), roomScan().provider())
+                     .run(
+                         model, [&](const Progress&) { return step++ < last; }, &store));
+    expectSameResult(expected, whole.registrations(), store, steps - last - 1);
+  }
 }
 
 TEST(IncrementalMapper, ScansWithNothingInCommonAreComponents)

@@ -71,7 +71,7 @@ measuredTerms(const Path& path, PosePriorReport& report)
   const ImageGraph graph = path.graph();
   PriorMotions motions(graph, MapperOptions());
   motions.measure(path.model, path.frames);
-  report = motions.report();
+  report = motions.trust().report;
   return motions.terms(path.model, path.frames);
 }
 
@@ -225,8 +225,8 @@ TEST(PriorMotions, FramesWithoutOneAndPriorsThatAreOffGiveNothing)
   for (const MapperOptions& options : {off, unordered}) {
     PriorMotions motions(graph, options);
     motions.measure(path.model, path.frames);
-    EXPECT_EQ(motions.report().motions, 0u);
-    EXPECT_EQ(motions.report().frames, options.refinement.pose_prior ? 39u : 0u);
+    EXPECT_EQ(motions.trust().report.motions, 0u);
+    EXPECT_EQ(motions.trust().report.frames, options.refinement.pose_prior ? 39u : 0u);
     EXPECT_TRUE(motions.terms(path.model, path.frames).empty());
   }
 }

@@ -276,6 +276,8 @@ TEST_F(Database, SecondRunTakesAllAndGivesTheSame)
   const ReconstructionResult second = reconstruct(frames, options());
   EXPECT_EQ(second.reused.features, frames.size());
   EXPECT_EQ(second.reused.pairs, frames.size() * (frames.size() - 1) / 2);
+  EXPECT_FALSE(first.reused.poses);
+  EXPECT_TRUE(second.reused.poses);
   expectSamePoses(second, reference());
   // In another order, on one thread.
   ReconstructionOptions shuffled = options();
@@ -310,12 +312,30 @@ TEST_F(Database, OtherOptionsTakeWhatDoesNotDependOnThem)
   result = reconstruct(Frames({0, 4, 8, 12, 16, 20, 24, 28, 32, 36}), changed);
   EXPECT_EQ(result.reused.features, 8u);
   EXPECT_EQ(result.reused.pairs, 28u);
+  EXPECT_FALSE(result.reused.poses);
+}
+
+TEST_F(Database, PosesAreThoseOfTheSameFramesAndOptions)
+{
+  const Frames frames(everyFourth());
+  reconstruct(frames, options());
+  ReconstructionOptions changed = options();
+  changed.volume.voxel_size = 0.02;
+  EXPECT_TRUE(reconstruct(frames, changed).reused.poses);
+  changed.mapper.registration.max_views = 5;
+  EXPECT_FALSE(reconstruct(frames, changed).reused.poses);
+  EXPECT_TRUE(reconstruct(frames, changed).reused.poses);
+  changed.depth_reduction = 2;
+  EXPECT_FALSE(reconstruct(frames, changed).reused.poses);
+  changed.mapper.refinement.calibration[CalibrationParameter::FOCAL_X] = 0.001;
+  EXPECT_FALSE(reconstruct(frames, changed).reused.poses);
+  EXPECT_FALSE(reconstruct(Frames({0, 4, 8, 12, 16, 20, 24}), changed).reused.poses);
 }
 
 TEST_F(Database, StoppedRunGoesOn)
 {
   const Frames frames(everyFourth());
-  for (const std::string stage : {"features", "matching"}) {
+  for (const std::string stage : {"features", "matching", "registration"}) {
     ReconstructionOptions run = options();
     run.num_threads = 1;
     run.database->fresh = true;

@@ -8,6 +8,7 @@
 #include <bundle_icp/registration/frame_registration.h>
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -68,6 +69,20 @@ struct BUNDLE_ICP_EXPORT MapperOptions {
   isValid(std::string* error = nullptr) const;
 };
 
+/** Keeps the state of a mapper while it runs, so that a later one goes on from there. */
+class BUNDLE_ICP_EXPORT MapStore {
+public:
+  virtual ~MapStore() = default;
+
+  /** The last state that a mapper of the same frames, matches and options has saved; unset when
+   *  there is none. */
+  virtual std::optional<std::string>
+  load() = 0;
+
+  virtual void
+  save(const std::string& state) = 0;
+};
+
 /** The incremental sparse reconstruction of section 2.2. It starts with the pair of strongest
  *  correlation, adds the frame of highest visibility by Bundle ICP (Algorithm 1), updates points
  *  and visibility, and adjusts the model as it grows. Frames that fail are tried again later.
@@ -84,10 +99,12 @@ public:
   ~IncrementalMapper();
 
   /** Registers all frames that it can. The largest component is number 0. A mapper runs once.
-   *  \throws pcl::BadArgumentException when it ran before
+   *  \param store has the state every few seconds and at the end, and gives that of an earlier run;
+   *  the result is the same as without; may be null
+   *  \throws pcl::BadArgumentException when it ran before, and what `store` throws
    *  \return false when `progress` asked to stop; the model is then valid but incomplete. */
   bool
-  run(SparseModel& model, const ProgressCallback& progress = {});
+  run(SparseModel& model, const ProgressCallback& progress = {}, MapStore* store = nullptr);
 
   /** Outcome of each frame of the graph. Covariance and deviations are those of the final pose
    *  relative to that of the earliest frame of its component, along the axes of that frame's

@@ -11,6 +11,12 @@
 #include <string>
 #include <vector>
 
+namespace boost {
+namespace serialization {
+class access;
+}
+} // namespace boost
+
 namespace bundle_icp {
 
 /** A feature of a frame that shows a point of the model. */
@@ -195,12 +201,22 @@ public:
   transform(int component, const Pose& new_from_old);
 
 private:
+  friend class boost::serialization::access;
+  /** Defined where archives are used. */
+  template <class Archive>
+  void
+  serialize(Archive& archive, unsigned version);
+
   struct Frame {
     Pose world_from_camera = Pose::Identity();
     int component = -1;
     DepthError depth_error = DepthError::Zero();
     Vector6d motion = Vector6d::Zero();
     std::vector<int> points; ///< per feature; empty = none at all
+
+    template <class Archive>
+    void
+    serialize(Archive& archive, unsigned version);
   };
 
   void
