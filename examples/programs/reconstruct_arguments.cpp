@@ -173,11 +173,23 @@ printHelp(const po::options_description& visible)
          "goes on with them; COLMAP opens it.\n"
          "SCAN is a recording in one of the formats of docs/recordings.md: TUM RGB-D, 7-Scenes,\n"
          "ScanNet, Open3D, Stray Scanner, Polycam, nerfstudio, PCL clouds, or folders of images.\n"
-         "Several recordings of one camera and one place are joined to one scan.\n"
+         "Several recordings of one place are joined to one scan.\n"
          "The world frame is the camera frame of the earliest registered frame: x right, y down,\n"
          "z forward; with --poses it is that of the poses.\n"
          "Exit codes: 0 = done, verdict good or usable; 1 = failed; 2 = wrong usage; 3 = done and\n"
          "written, but the verdict is doubtful: the last lines say why and what to do.\n"
+      << visible;
+}
+
+void
+printMergeHelp(const po::options_description& visible)
+{
+  std::cout
+      << "Usage: bundle_icp_merge RESULT RESULT... -o OUT [options]\n\n"
+         "Joins results of bundle_icp_reconstruct to one: the recordings that they were made\n"
+         "from are matched with each other and reconstructed as one scan, with the options of\n"
+         "this run. Features, and matches within each result, are taken from its scan.db. The\n"
+         "results stay as they are. Files and exit codes are those of bundle_icp_reconstruct.\n"
       << visible;
 }
 
@@ -230,17 +242,6 @@ applyValues(const po::variables_map& values, ReconstructArguments& arguments)
     throw UsageError(error);
 }
 
-/** Puts those of the earlier result before the ones that were named. */
-void
-addEarlierScans(ReconstructArguments& arguments)
-{
-  if (boost::filesystem::exists(arguments.output))
-    prepareResultFolder(arguments.output); // the report may still wait for its place
-  std::vector<std::string> scans = recordingsOfResult(arguments.output);
-  scans.insert(scans.end(), arguments.scans.begin(), arguments.scans.end());
-  arguments.scans = std::move(scans);
-}
-
 /** What needs one recording. */
 void
 refuseSeveralScans(const ReconstructArguments& arguments)
@@ -254,27 +255,76 @@ refuseSeveralScans(const ReconstructArguments& arguments)
     throw UsageError("--moving object: only with one SCAN, whose surroundings stand still");
 }
 
+/** Puts the recordings that the results were made from in the place of the results. */
+void
+takeResults(ReconstructArguments& arguments)
+{
+  namespace fs = boost::filesystem;
+  if (arguments.scans.size() < 2)
+    throw UsageError("expected RESULT RESULT... -o OUT");
+  if (arguments.is_added)
+    throw UsageError("--add: of bundle_icp_reconstruct; name OUT as one of the results");
+  std::vector<std::string> recordings;
+  const fs::path own = arguments.reconstruction.database->path;
+  for (const std::string& result : arguments.scans) {
+    for (const std::string& recording : recordingsOfResult(result))
+      recordings.push_back(recording);
+    const fs::path source = fs::path(result) / "scan.db";
+    if (fs::exists(source) && !(fs::exists(own) && fs::equivalent(source, own)))
+      arguments.reconstruction.database->sources.push_back(source.string());
+  }
+  arguments.scans = std::move(recordings);
+}
+
+/** Puts those of the earlier result before the ones that were named. */
+void
+takeScans(ReconstructArguments& arguments)
+{
+  if (arguments.scans.empty())
+    throw UsageError("expected SCAN... -o OUT");
+  if (!arguments.is_added)
+    return;
+  if (boost::filesystem::exists(arguments.output))
+    prepareResultFolder(arguments.output); // the report may still wait for its place
+  std::vector<std::string> scans = recordingsOfResult(arguments.output);
+  scans.insert(scans.end(), arguments.scans.begin(), arguments.scans.end());
+  arguments.scans = std::move(scans);
+}
+
+/** \param take_scans makes recordings of the arguments without an option name */
+template <class PrintHelp, class TakeScans>
+std::optional<ReconstructArguments>
+parse(int argc, char** argv, const PrintHelp& print_help, const TakeScans& take_scans)
+{
+  ReconstructArguments arguments;
+  const po::options_description visible = describe(arguments);
+  const auto values = parseScanArguments(argc, argv, visible, -1, arguments.scans, print_help);
+  if (!values)
+    return std::nullopt;
+  if (arguments.output.empty())
+    throw UsageError("expected -o OUT");
+  arguments.reconstruction.database = ScanDatabaseOptions{
+      (boost::filesystem::path(arguments.output) / "scan.db").string(), arguments.is_fresh};
+  take_scans(arguments);
+  dropRepeatedScans(arguments.scans);
+  if (arguments.scans.size() > 1)
+    refuseSeveralScans(arguments);
+  applyValues(*values, arguments);
+  return arguments;
+}
+
 } // namespace
 
 std::optional<ReconstructArguments>
 parseReconstructArguments(int argc, char** argv)
 {
-  ReconstructArguments arguments;
-  const po::options_description visible = describe(arguments);
-  const auto values = parseScanArguments(argc, argv, visible, -1, arguments.scans, printHelp);
-  if (!values)
-    return std::nullopt;
-  if (arguments.scans.empty() || arguments.output.empty())
-    throw UsageError("expected SCAN... -o OUT");
-  if (arguments.is_added)
-    addEarlierScans(arguments);
-  dropRepeatedScans(arguments.scans);
-  if (arguments.scans.size() > 1)
-    refuseSeveralScans(arguments);
-  arguments.reconstruction.database = ScanDatabaseOptions{
-      (boost::filesystem::path(arguments.output) / "scan.db").string(), arguments.is_fresh};
-  applyValues(*values, arguments);
-  return arguments;
+  return parse(argc, argv, printHelp, takeScans);
+}
+
+std::optional<ReconstructArguments>
+parseMergeArguments(int argc, char** argv)
+{
+  return parse(argc, argv, printMergeHelp, takeResults);
 }
 
 } // namespace bundle_icp

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 //
-// Command line of bundle_icp_reconstruct.
+// Command lines of bundle_icp_reconstruct and bundle_icp_merge.
 #pragma once
 
 #include "calibration_arguments.h"
@@ -26,8 +26,13 @@ struct ReconstructArguments {
   bool is_added = false, is_fresh = false, is_quiet = false;
 };
 
-/** \return nothing when the user asked for help. */
+/** Of bundle_icp_reconstruct. \return nothing when the user asked for help. */
 std::optional<ReconstructArguments>
 parseReconstructArguments(int argc, char** argv);
+
+/** Of bundle_icp_merge: the recordings of the results, and what is known of them. \return nothing
+ *  when the user asked for help. */
+std::optional<ReconstructArguments>
+parseMergeArguments(int argc, char** argv);
 
 } // namespace bundle_icp

@@ -23,7 +23,7 @@ recordingsOfResult(const std::string& folder)
   const std::string path = (boost::filesystem::path(folder) / "report.json").string();
   std::ifstream file(path);
   if (!file)
-    throw pcl::IOException(path + ": cannot be opened; --add needs an earlier result");
+    throw pcl::IOException(path + ": cannot be opened; an earlier result is needed");
   const auto json = nlohmann::json::parse(file, nullptr, false);
   try {
     return json.at("dataset").at("recordings").get<std::vector<std::string>>();

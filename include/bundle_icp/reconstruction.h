@@ -64,6 +64,8 @@ struct BUNDLE_ICP_EXPORT GivenPoses {
 struct ScanDatabaseOptions {
   std::string path;   ///< file (SQLite, with the tables of COLMAP), made where it is missing
   bool fresh = false; ///< true: what the file holds is forgotten
+  /** Files of other runs, features and matches of which are copied first. */
+  std::vector<std::string> sources = {};
 };
 
 /** How reconstruct() works: the options of its steps. */

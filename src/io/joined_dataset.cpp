@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include <bundle_icp/io/joined_dataset.h>
 
+#include "io/frame_resampler.h"
 #include "io/recordings/time_stamps.h"
 
 #include <bundle_icp/common/exceptions.h>
@@ -14,12 +15,17 @@ namespace bundle_icp {
 namespace {
 
 bool
-areSame(const CameraIntrinsics& a, const CameraIntrinsics& b)
+areSame(const DepthNoise& a, const DepthNoise& b)
 {
-  const DepthNoise &noise = a.depth_noise, &other = b.depth_noise;
+  return a.constant == b.constant && a.quadratic == b.quadratic && a.offset == b.offset;
+}
+
+/** Whether images of two cameras have their rays at the same pixels. */
+bool
+haveSameRays(const CameraIntrinsics& a, const CameraIntrinsics& b)
+{
   return a.width == b.width && a.height == b.height && a.fx == b.fx && a.fy == b.fy &&
-         a.cx == b.cx && a.cy == b.cy && noise.constant == other.constant &&
-         noise.quadratic == other.quadratic && noise.offset == other.offset;
+         a.cx == b.cx && a.cy == b.cy;
 }
 
 /** First and last stamp of a recording [s]. */
@@ -70,11 +76,15 @@ JoinedDataset::JoinedDataset(std::vector<RGBDDataset::Ptr> recordings)
     if (!recording || recording->size() == 0)
       throw BadArgumentException("JoinedDataset: a recording is null or has no frames");
   for (const RGBDDataset::Ptr& recording : recordings_)
-    if (!areSame(recording->camera(), camera()))
+    if (!areSame(recording->camera().depth_noise, camera().depth_noise))
       throw BadArgumentException(recording->name(0) + " and " + recordings_.front()->name(0) +
-                                 ": recordings of cameras with other intrinsics, another size or "
-                                 "another depth sensor cannot be joined; give intrinsics that hold "
-                                 "for all (--intrinsics)");
+                                 ": recordings of depth sensors with other noise cannot be joined; "
+                                 "give one that holds for all (--sensor)");
+  for (const RGBDDataset::Ptr& recording : recordings_) {
+    resamplers_.emplace_back();
+    if (!haveSameRays(recording->camera(), camera()))
+      resamplers_.back() = std::make_shared<FrameResampler>(recording->camera(), camera());
+  }
   for (std::size_t r = 0; r < recordings_.size(); ++r)
     for (std::size_t i = 0; i < recordings_[r]->size(); ++i)
       places_.push_back({r, i});
@@ -116,7 +126,9 @@ JoinedDataset::name(std::size_t index) const
 RGBDFrame
 JoinedDataset::read(std::size_t index) const
 {
-  return at(index).read(places_[index].index);
+  const RGBDFrame frame = at(index).read(places_[index].index);
+  const auto& resampler = resamplers_[places_[index].recording];
+  return resampler ? (*resampler)(frame) : frame;
 }
 
 std::string
@@ -179,15 +191,26 @@ JoinedDataset::findings() const
 std::vector<Finding>
 JoinedDataset::ownFindings() const
 {
-  if (!overlap_)
-    return {};
-  return {{Severity::NOTE,
-           "recordings",
-           std::to_string(recordings_.size()) +
-               " recordings are joined; their time stamps overlap, so that nothing is concluded "
-               "from time",
-           {{"recordings", double(recordings_.size())}},
-           ""}};
+  std::vector<Finding> findings;
+  if (overlap_)
+    findings.push_back({Severity::NOTE,
+                        "recordings",
+                        std::to_string(recordings_.size()) +
+                            " recordings are joined; their time stamps overlap, so that nothing is "
+                            "concluded from time",
+                        {{"recordings", double(recordings_.size())}},
+                        ""});
+  const auto resampled = std::count_if(resamplers_.begin(), resamplers_.end(),
+                                       [](const auto& resampler) { return bool(resampler); });
+  if (resampled > 0)
+    findings.push_back({Severity::NOTE,
+                        "cameras",
+                        std::to_string(resampled) + " of " + std::to_string(recordings_.size()) +
+                            " recordings are of another camera than the first; their images are "
+                            "resampled to it, and one calibration is estimated for all",
+                        {{"resampled", double(resampled)}},
+                        ""});
+  return findings;
 }
 
 std::vector<SkippedFile>

@@ -2,7 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "scan/scan_database.h"
 
-#include "scan/database_rows.h"
+#include "scan/colmap_rows.h"
 #include "scan/database_tables.h"
 
 #include <bundle_icp/common/exceptions.h>
@@ -10,55 +10,17 @@
 #include <boost/filesystem.hpp>
 
 #include <chrono>
+#include <map>
 #include <mutex>
+#include <set>
+#include <utility>
 #include <vector>
 
 namespace bundle_icp {
 namespace {
 
-constexpr std::int64_t MAX_IMAGES = 2147483647; ///< of COLMAP's pair_id
-constexpr int PINHOLE = 1;    ///< COLMAP's number of the camera model fx, fy, cx, cy
-constexpr int CALIBRATED = 2; ///< COLMAP's number of a pair with an essential matrix
-/** COLMAP's pixels have their centres at halves. */
-constexpr float PIXEL_CENTRE = 0.5f;
 /** No more work than this is lost with the process. */
 constexpr std::chrono::seconds LONGEST_TRANSACTION{1};
-
-std::int64_t
-pairId(std::int64_t first, std::int64_t second)
-{
-  return std::min(first, second) * MAX_IMAGES + std::max(first, second);
-}
-
-/** COLMAP writes a match as two numbers of 32 bits, the image with the lower number first. */
-Bytes
-colmapMatches(const std::vector<FeatureMatch>& matches, bool is_swapped)
-{
-  std::vector<std::uint32_t> numbers;
-  for (const FeatureMatch& match : matches) {
-    numbers.push_back(std::uint32_t(is_swapped ? match.second : match.first));
-    numbers.push_back(std::uint32_t(is_swapped ? match.first : match.second));
-  }
-  return bytesOf(numbers);
-}
-
-Bytes
-rowMajor(const Eigen::Matrix3d& matrix)
-{
-  const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> rows = matrix;
-  return bytesOf(rows.data(), 9);
-}
-
-Eigen::Matrix3d
-colmapMatrix(const CameraIntrinsics& camera)
-{
-  Eigen::Matrix3d k = Eigen::Matrix3d::Identity();
-  k(0, 0) = camera.fx;
-  k(1, 1) = camera.fy;
-  k(0, 2) = camera.cx + PIXEL_CENTRE;
-  k(1, 2) = camera.cy + PIXEL_CENTRE;
-  return k;
-}
 
 } // namespace
 
@@ -300,6 +262,56 @@ ScanDatabase::addPair(ImageId first, ImageId second, std::uint64_t settings, con
       impl_->addColmapPair(first, second, pair, camera);
     impl_->commitSometimes();
   });
+}
+
+std::vector<ScanDatabase::StoredImage>
+ScanDatabase::images()
+{
+  return impl_->use([&] {
+    std::vector<StoredImage> images;
+    Query query(impl_->connection,
+                "SELECT image_id, CAST(name AS BLOB), content, width, height, params FROM images "
+                "JOIN bundle_icp_features USING (image_id) JOIN cameras USING (camera_id) "
+                "ORDER BY image_id");
+    while (query.next())
+      images.push_back({query.integer(0), query.bytes(1), std::uint64_t(query.integer(2)),
+                        toCamera(int(query.integer(3)), int(query.integer(4)), query.bytes(5))});
+    return images;
+  });
+}
+
+std::vector<ScanDatabase::StoredPair>
+ScanDatabase::pairs()
+{
+  return impl_->use([&] {
+    std::vector<StoredPair> pairs;
+    Query query(impl_->connection,
+                "SELECT first, second, settings FROM bundle_icp_pairs ORDER BY pair_id");
+    while (query.next())
+      pairs.push_back({query.integer(0), query.integer(1), std::uint64_t(query.integer(2))});
+    return pairs;
+  });
+}
+
+void
+ScanDatabase::takeFrom(ScanDatabase& other)
+{
+  std::set<std::string> names;
+  for (const StoredImage& image : images())
+    names.insert(image.name);
+  std::map<ImageId, std::pair<ImageId, CameraIntrinsics>> taken;
+  for (const StoredImage& old : other.images()) {
+    const std::optional<Features> features = other.features(old.id);
+    if (!features || names.count(old.name))
+      continue;
+    taken[old.id] = {image(old.name, old.content, old.camera), old.camera};
+    addFeatures(taken[old.id].first, *features);
+  }
+  for (const auto& [first, second, settings] : other.pairs())
+    if (taken.count(first) && taken.count(second))
+      addPair(taken[first].first, taken[second].first, settings,
+              other.pair(first, second, settings).value(), taken[first].second);
+  commit();
 }
 
 std::optional<std::string>

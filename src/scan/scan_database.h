@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace bundle_icp {
 
@@ -57,6 +58,11 @@ public:
   addPair(ImageId first, ImageId second, std::uint64_t settings, const FramePair& pair,
           const CameraIntrinsics& camera);
 
+  /** Copies the images of another database that this one has none of the same name for, their
+   *  features, and their pairs. */
+  void
+  takeFrom(ScanDatabase& other);
+
   /** What setMap() kept under that fingerprint; unset when it was of another. */
   std::optional<std::string>
   map(std::uint64_t fingerprint);
@@ -71,6 +77,21 @@ public:
   commit();
 
 private:
+  struct StoredImage {
+    ImageId id = 0;
+    std::string name;
+    std::uint64_t content = 0;
+    CameraIntrinsics camera; ///< without noise
+  };
+  struct StoredPair {
+    ImageId first = 0, second = 0;
+    std::uint64_t settings = 0;
+  };
+  std::vector<StoredImage>
+  images();
+  std::vector<StoredPair>
+  pairs();
+
   class Impl;
   std::unique_ptr<Impl> impl_;
 };

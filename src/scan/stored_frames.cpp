@@ -49,6 +49,10 @@ StoredFrames::StoredFrames(const RGBDDataset& dataset, const ReconstructionOptio
   match_settings_(settingsHash(options.graph.matching)), names_(namesOf(dataset)),
   images_(dataset.size()), contents_(dataset.size())
 {
+  for (const std::string& source : options.database->sources) {
+    ScanDatabase other(source, false);
+    database_.takeFrom(other);
+  }
 }
 
 std::optional<Features>

@@ -20,6 +20,7 @@ const std::map<std::string, std::vector<std::string>> options_of = {
     {"check",
      {"SCAN", "--frames", "--threads", "--intrinsics", "--depth-scale", "--max-time-difference",
       "--stride", "[px]", "[s]"}},
+    {"merge", {"RESULT RESULT... -o OUT", "--voxel-size", "--stride", "--threads"}},
     {"reconstruct",
      {"SCAN",
       "-o [ --output ]",

@@ -51,6 +51,28 @@ protected:
   }
 };
 
+/** Two recordings, of every other frame each. */
+std::pair<std::string, std::string>
+twoRecordings(const std::string& scan, const TemporaryFolder& folder)
+{
+  const std::string first = folder.path("first"), second = folder.path("second");
+  for (const std::string& part : {first, second}) {
+    boost::filesystem::create_directory(part);
+    for (const char* const images : {"rgb", "depth"})
+      boost::filesystem::create_directory_symlink(scan + "/" + images, part + "/" + images);
+    boost::filesystem::copy_file(scan + "/intrinsics.txt", part + "/intrinsics.txt");
+    for (const char* const list : {"rgb.txt", "depth.txt"}) {
+      std::istringstream lines(readText(scan + "/" + list));
+      std::string text, kept;
+      for (int i = 0; std::getline(lines, text);)
+        if (text[0] != '#' && (i++ % 2 == 0) == (part == first))
+          kept += text + "\n";
+      writeText(part + "/" + list, kept);
+    }
+  }
+  return {first, second};
+}
+
 } // namespace
 
 TEST_F(ReconstructScan, TheFolderOfTheResultMayBeTheOneWhereOneIs)
@@ -236,22 +258,7 @@ TEST_F(ReconstructScan, StrideAndLimitOfFrames)
 
 TEST_F(ReconstructScan, FramesOfALaterRecordingAreAdded)
 {
-  // Two recordings, of every other frame each.
-  const std::string first = folder.path("first"), second = folder.path("second");
-  for (const std::string& part : {first, second}) {
-    boost::filesystem::create_directory(part);
-    for (const char* const images : {"rgb", "depth"})
-      boost::filesystem::create_directory_symlink(scan + "/" + images, part + "/" + images);
-    boost::filesystem::copy_file(scan + "/intrinsics.txt", part + "/intrinsics.txt");
-    for (const char* const list : {"rgb.txt", "depth.txt"}) {
-      std::istringstream lines(readText(scan + "/" + list));
-      std::string text, kept;
-      for (int i = 0; std::getline(lines, text);)
-        if (text[0] != '#' && (i++ % 2 == 0) == (part == first))
-          kept += text + "\n";
-      writeText(part + "/" + list, kept);
-    }
-  }
+  const auto [first, second] = twoRecordings(scan, folder);
   ASSERT_EQ(runProgram("bundle_icp_reconstruct", {first, "-o", out, "--no-mesh", "-q"}).exit_code,
             0);
   const ProgramResult result =
@@ -274,12 +281,50 @@ TEST_F(ReconstructScan, FramesOfALaterRecordingAreAdded)
   EXPECT_EQ(readText(folder.path("both") + "/trajectory.txt"), poses);
 }
 
+TEST_F(ReconstructScan, ResultsAreMerged)
+{
+  const auto [first, second] = twoRecordings(scan, folder);
+  std::vector<std::string> arguments{"-o", out, "--no-mesh"};
+  for (const std::string& part : {first, second}) {
+    const std::string result = part + "_result";
+    ASSERT_EQ(
+        runProgram("bundle_icp_reconstruct", {part, "-o", result, "--no-mesh", "-q"}).exit_code, 0);
+    arguments.push_back(result);
+  }
+  const std::string before = readText(arguments.back() + "/report.json");
+  const ProgramResult result = runProgram("bundle_icp_merge", arguments);
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_CONTAINS(result.out, "12 of 12 frames have a pose in one world");
+  EXPECT_CONTAINS(result.err, "of an earlier run: features of 12 frames, matches of 30 pairs");
+  EXPECT_EQ(report()["dataset"]["recordings"], (std::vector<std::string>{first, second}));
+  EXPECT_EQ(readText(arguments.back() + "/report.json"), before);
+  // As if the recordings had been named at once.
+  const std::string poses = readText(out + "/trajectory.txt"), both = folder.path("both");
+  ASSERT_EQ(runProgram("bundle_icp_reconstruct", {first, second, "-o", both, "--no-mesh", "-q"})
+                .exit_code,
+            0);
+  EXPECT_EQ(readText(both + "/trajectory.txt"), poses);
+  // Into one of the two.
+  arguments[1] = arguments.back();
+  EXPECT_EQ(runProgram("bundle_icp_merge", arguments).exit_code, 0);
+}
+
+TEST_F(ReconstructScan, OneResultCannotBeMerged)
+{
+  ProgramResult result = runProgram("bundle_icp_merge", {scan, "-o", out});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_CONTAINS(result.err, "expected RESULT RESULT... -o OUT");
+  result = runProgram("bundle_icp_merge", {scan, folder.path("none"), "-o", out});
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_CONTAINS(result.err, "report.json: cannot be opened; an earlier result is needed");
+}
+
 TEST_F(ReconstructScan, NothingIsAddedToNoResult)
 {
   const std::vector<std::string> arguments{scan, "-o", out, "--add"};
   ProgramResult result = runProgram("bundle_icp_reconstruct", arguments);
   EXPECT_EQ(result.exit_code, 1);
-  EXPECT_CONTAINS(result.err, "report.json: cannot be opened; --add needs an earlier result");
+  EXPECT_CONTAINS(result.err, "report.json: cannot be opened; an earlier result is needed");
   for (const std::string content : {"{}", "no JSON", R"({"dataset": {"recordings": [3]}})"}) {
     writeText(out + "/report.json", content);
     result = runProgram("bundle_icp_reconstruct", arguments);

@@ -69,12 +69,14 @@ TEST(JoinedDataset, PartsOfOneRecordingKeepItsTime)
   EXPECT_FALSE(JoinedDataset({recordingFrom(day), recordingFrom(day)}).isOrdered());
 }
 
-TEST(JoinedDataset, CamerasMustBeTheSame)
+TEST(JoinedDataset, RefusesWhatCannotBeJoined)
 {
   EXPECT_CONTAINS(messageOf<pcl::BadArgumentException>([] {
-                    JoinedDataset({recordingFrom(0), recordingFrom(1, camera(61))});
+                    CameraIntrinsics noisy = camera();
+                    noisy.depth_noise.constant *= 2;
+                    JoinedDataset({recordingFrom(0), recordingFrom(1, noisy)});
                   }),
-                  "cannot be joined");
+                  "depth sensors with other noise cannot be joined");
   const auto empty = std::make_shared<MemoryDataset>(camera());
   for (const RGBDDataset::Ptr& none : {RGBDDataset::Ptr(), RGBDDataset::Ptr(empty)})
     EXPECT_CONTAINS(messageOf<pcl::BadArgumentException>([&] {

@@ -332,6 +332,27 @@ TEST_F(Database, PosesAreThoseOfTheSameFramesAndOptions)
   EXPECT_FALSE(reconstruct(Frames({0, 4, 8, 12, 16, 20, 24}), changed).reused.poses);
 }
 
+TEST_F(Database, TakesFeaturesAndMatchesOfOtherRuns)
+{
+  ReconstructionOptions first = options(), second = options(), both = options();
+  first.database->path = folder.path("first.db");
+  second.database->path = folder.path("second.db");
+  reconstruct(Frames({0, 4, 8, 12}), first);
+  reconstruct(Frames({16, 20, 24, 28}), second);
+  both.database->sources = {first.database->path, second.database->path};
+  const Frames frames(everyFourth());
+  const ReconstructionResult result = reconstruct(frames, both);
+  EXPECT_EQ(result.reused.features, 8u);
+  EXPECT_EQ(result.reused.pairs, 12u) << "those within either run";
+  expectSamePoses(result, reference());
+  EXPECT_EQ(numbers("SELECT count(*) FROM cameras"), std::vector<std::int64_t>{1});
+  // A source that is none.
+  both.database->sources = {folder.path("none.db")};
+  writeText(folder.path("none.db"), "this is not a database, but long enough to be taken for one");
+  EXPECT_CONTAINS(messageOf<pcl::IOException>([&] { reconstruct(frames, both); }),
+                  "none.db: is no scan database");
+}
+
 TEST_F(Database, StoppedRunGoesOn)
 {
   const Frames frames(everyFourth());

@@ -4,18 +4,21 @@
 
 #include <bundle_icp/io/rgbd_dataset.h>
 
+#include <memory>
 #include <string>
 #include <vector>
 
 namespace bundle_icp {
 
-/** Several recordings of one camera as one: their frames one after the other. Stamps stay those of
- *  each recording. */
+class FrameResampler;
+
+/** Several recordings as one: their frames one after the other. Stamps stay those of each
+ *  recording. Images of other cameras are resampled to the camera of the first recording. */
 class BUNDLE_ICP_EXPORT JoinedDataset : public RGBDDataset {
 public:
   /** \param recordings at least one
-   *  \throws pcl::BadArgumentException when their cameras differ, there are none, or one of them is
-   *  null or has no frames. */
+   *  \throws pcl::BadArgumentException when the noise of their depth differs, there are none, or
+   *  one of them is null or has no frames. */
   explicit JoinedDataset(std::vector<RGBDDataset::Ptr> recordings);
 
   std::size_t
@@ -88,6 +91,7 @@ private:
   }
 
   std::vector<RGBDDataset::Ptr> recordings_;
+  std::vector<std::shared_ptr<const FrameResampler>> resamplers_; ///< null = as it is
   std::vector<Place> places_;
   bool are_ordered_ = true; ///< each by itself
   bool overlap_ = false;    ///< in time, although they are no parts of one
