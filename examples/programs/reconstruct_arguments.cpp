@@ -36,6 +36,23 @@ parseNumbers(const std::string& text)
   return numbers;
 }
 
+/** Bytes of a size such as 500M or 0.5G. */
+std::size_t
+parseMemory(const std::string& text)
+{
+  constexpr double mebibyte = 1 << 20, most = 1e6 * 1024;
+  std::istringstream stream(text);
+  double number = 0;
+  std::string unit;
+  if (!(stream >> number >> unit) || !stream.eof() || (unit != "M" && unit != "G"))
+    throw UsageError("--memory " + text +
+                     ": expected a size such as 500M or 0.5G (M: 2^20 bytes, G: 2^30 bytes)");
+  const double mebibytes = unit == "G" ? 1024 * number : number;
+  if (!(mebibytes >= 1 && mebibytes <= most))
+    throw UsageError("--memory " + text + ": expected 1M to 1000000G");
+  return std::size_t(mebibytes * mebibyte);
+}
+
 OrientedBox
 parseRegion(const std::string& text)
 {
@@ -141,6 +158,11 @@ describe(ReconstructArguments& arguments)
                "in every run");
   add_compared("threads", po::value(&options.num_threads)->value_name("N")->default_value(0),
                "0 = all");
+  add_compared("memory", po::value(&arguments.memory)->value_name("SIZE"),
+               "memory to do with, such as 500M or 2G (M: 2^20 bytes, G: 2^30 bytes): reduced "
+               "depth images and descriptors beyond three eighths of it lie in a file without a "
+               "name in OUT, so that long recordings need hardly more than short ones; the surface "
+               "grows with the scene and is not bounded; default: half of what is free");
   add_compared("device", po::value(&arguments.device)->value_name("NAME")->default_value("auto"),
                "device that computes: cpu, or auto, which is the same for now");
   add_compared("add", po::bool_switch(&arguments.is_added),
@@ -236,6 +258,9 @@ applyValues(const po::variables_map& values, ReconstructArguments& arguments)
   arguments.reconstruction.mapper.adjustment.solver = solver->second;
   if (arguments.device != "cpu" && arguments.device != "auto")
     throw UsageError("--device " + arguments.device + ": known are cpu and auto");
+  if (values.count("memory"))
+    arguments.reconstruction.max_memory = parseMemory(arguments.memory);
+  arguments.reconstruction.temporary_folder = arguments.output;
   applyPoses(arguments.poses, arguments.dataset, arguments.reconstruction);
   std::string error;
   if (!arguments.reconstruction.isValid(&error))

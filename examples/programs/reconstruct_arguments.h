@@ -18,7 +18,7 @@ namespace bundle_icp {
 
 struct ReconstructArguments {
   std::vector<std::string> scans;
-  std::string output, method, matching, moving, solver, device = "auto";
+  std::string output, method, matching, moving, solver, device = "auto", memory;
   DatasetOptions dataset;
   CalibrationArguments calibration;
   PoseArguments poses;

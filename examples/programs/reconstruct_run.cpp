@@ -25,6 +25,13 @@ namespace {
 /** Exit code of a run whose results are written, but doubtful. */
 constexpr int DOUBTFUL_RESULT = 3;
 
+/** Code, matches and points take memory beside what --memory bounds, and so does the surface. */
+bool
+exceedsMemory(const ReconstructionOptions& options, const ReconstructionResult& result)
+{
+  return options.max_memory > 0 && result.peak_memory_bytes > options.max_memory;
+}
+
 void
 printSummary(const ReconstructArguments& arguments, const RGBDDataset& dataset,
              const ReconstructionResult& result)
@@ -55,7 +62,9 @@ printSummary(const ReconstructArguments& arguments, const RGBDDataset& dataset,
     total += seconds;
   }
   std::cout << "together " << std::round(10 * total) / 10 << " s; peak memory "
-            << result.peak_memory_bytes / 1000000 << " MB\n";
+            << result.peak_memory_bytes / 1000000 << " MB"
+            << (exceedsMemory(arguments.reconstruction, result) ? ", more than --memory" : "")
+            << "\n";
   std::cout << "Results are in " << arguments.output << "\n";
   printVerdict(result);
 }

@@ -105,6 +105,16 @@ struct BUNDLE_ICP_EXPORT ReconstructionOptions {
   std::vector<std::string> mesh_formats{"ply"};
   /** Threads of all steps, 0 = all. The num_threads of each step's options is ignored. */
   int num_threads = 0;
+  /** Memory that a run is to take [bytes], at least 2^20; 0 = half of what is free when it begins.
+   *  Reduced depth images and descriptors, which grow with the number of frames, keep to three
+   *  eighths of it, and lie in a temporary file beyond that; the rest is for the library itself,
+   *  positions and matches of features, points and poses. The surface grows with the scene and is
+   *  not bounded: a finding of kind `memory` says when its voxels alone take more. The result is
+   *  the same, bit by bit. graph.matching.max_memory is ignored. */
+  std::size_t max_memory = 0;
+  /** Folder of the temporary file, which has no name and is gone with the process; empty = the
+   *  system's for temporary files. One that lies in memory (tmpfs) saves none. */
+  std::string temporary_folder;
 
   bool
   isValid(std::string* error = nullptr) const;
@@ -198,8 +208,8 @@ struct ReconstructionResult {
 class BUNDLE_ICP_EXPORT PreparedScan {
 public:
   /** \param dataset has to outlive the scan
-   *  \param options only moving, features, graph, depth_reduction, virtual depth, threads and
-   *  database have an effect; a database is used where method and poses need features
+   *  \param options only moving, features, graph, depth_reduction, virtual depth, threads,
+   *  database, max_memory and temporary_folder have an effect; a database is used where method and poses need features
    *  \throws pcl::BadArgumentException for invalid options or an empty dataset, and
    *  pcl::IOException when the file of options.database cannot be used. */
   PreparedScan(const RGBDDataset& dataset, const ReconstructionOptions& options);
@@ -223,7 +233,7 @@ private:
  *  The dataset's prior poses serve RefinementOptions::pose_prior.
  *  \throws pcl::BadArgumentException for invalid options, an empty dataset, an invalid prior, or
  *  given poses none of which fits a frame in time, and pcl::IOException
- *  when the file of options.database cannot be used or written. */
+ *  when the file of options.database cannot be used or written, or the temporary file cannot. */
 BUNDLE_ICP_EXPORT ReconstructionResult
 reconstruct(const RGBDDataset& dataset, const ReconstructionOptions& options = {},
             const ProgressCallback& progress = {});

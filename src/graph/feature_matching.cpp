@@ -2,14 +2,17 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include <bundle_icp/graph/feature_matching.h>
 
+#include "common/array_store.h"
 #include "common/parallel.h"
 #include "graph/descriptor_products.h"
 #include "graph/descriptor_tree.h"
+#include "graph/pair_blocks.h"
 
 #include <bundle_icp/common/exceptions.h>
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <memory>
 
 namespace bundle_icp {
@@ -43,6 +46,15 @@ prepare(const cv::Mat& descriptors, const MatchingOptions& options)
   else
     prepared.tree = std::make_unique<DescriptorTree>(descriptors);
   return prepared;
+}
+
+/** What a frame takes while it is matched [bytes]: its descriptors as they are and prepared. */
+std::size_t
+bytesInUse(const cv::Mat& descriptors, MatchingBackend backend)
+{
+  // A tree holds them as floats, in a cloud and in the rows that FLANN sorts.
+  const std::size_t copies = backend == MatchingBackend::EXACT ? 2 : 1 + 2 * sizeof(float);
+  return copies * descriptors.total();
 }
 
 /** For each descriptor of `second` that was matched the nearest in the tree, -1 for all others. */
@@ -103,6 +115,7 @@ alignMatches(const MeasuredMatches& measured, const MatchingOptions& options)
   if (!alignment.success || alignment.inliers.size() < options.min_matches)
     return pair;
   pair.first_from_second = alignment.target_from_source;
+  pair.matches.reserve(alignment.inliers.size());
   for (const std::size_t k : alignment.inliers)
     pair.matches.push_back(measured.matches[k]);
   return pair;
@@ -122,6 +135,57 @@ farFrom(const Pose& first_from_second, const MeasuredMatches& measured, double i
     }
   }
   return far;
+}
+
+/** Descriptors of the frames of a block, prepared; those of frames that are not in the next block
+ *  are dropped. */
+class BlockDescriptors {
+public:
+  BlockDescriptors(const std::vector<const Features*>& features, const MatchingOptions& options)
+  : features_(features), options_(options), prepared_(features.size())
+  {
+  }
+
+  void
+  setFrames(const std::vector<std::size_t>& frames)
+  {
+    std::vector<std::size_t> added;
+    std::set_difference(frames.begin(), frames.end(), frames_.begin(), frames_.end(),
+                        std::back_inserter(added));
+    for (const std::size_t frame : frames_)
+      if (!std::binary_search(frames.begin(), frames.end(), frame)) {
+        prepared_[frame] = {};
+        releaseMemory(features_[frame]->descriptors);
+      }
+    frames_ = frames;
+    parallelFor(added.size(), options_.num_threads, {}, [&](std::size_t k) {
+      prepared_[added[k]] = prepare(features_[added[k]]->descriptors, options_);
+    });
+  }
+
+  std::vector<FeatureMatch>
+  match(std::size_t i, std::size_t j) const
+  {
+    return bundle_icp::match(features_[i]->descriptors, features_[j]->descriptors, prepared_[i],
+                             prepared_[j], options_);
+  }
+
+private:
+  const std::vector<const Features*>& features_;
+  const MatchingOptions& options_;
+  std::vector<PreparedDescriptors> prepared_;
+  std::vector<std::size_t> frames_; ///< whose descriptors are prepared, ascending
+};
+
+std::vector<PairBlock>
+blocksOf(const std::vector<const Features*>& features,
+         const std::vector<std::pair<std::size_t, std::size_t>>& candidates,
+         const MatchingOptions& options)
+{
+  std::vector<std::size_t> bytes;
+  for (const Features* frame : features)
+    bytes.push_back(bytesInUse(frame->descriptors, options.backend));
+  return blocksOfPairs(bytes, candidates, options.max_memory);
 }
 
 void
@@ -210,27 +274,38 @@ matchPairs(const std::vector<const Features*>& features, const CameraIntrinsics&
            const MatchingOptions& options, const ProgressCallback& progress, MatchStore* store)
 {
   checkArguments(features.size(), candidates, options);
-  std::vector<PreparedDescriptors> prepared(features.size());
-  parallelFor(features.size(), options.num_threads, {},
-              [&](std::size_t i) { prepared[i] = prepare(features[i]->descriptors, options); });
-
   std::vector<FramePair> slots(candidates.size());
-  parallelFor(candidates.size(), options.num_threads, {"matching", progress}, [&](std::size_t c) {
-    const auto [i, j] = candidates[c];
+  BlockDescriptors descriptors(features, options);
+  const auto find_matches = [&](std::size_t i, std::size_t j) {
     if (std::optional<FramePair> known = store ? store->find(i, j) : std::nullopt) {
-      slots[c] = std::move(*known);
-      slots[c].first = i;
-      slots[c].second = j;
-      return;
+      known->first = i;
+      known->second = j;
+      return std::move(*known);
     }
-    const std::vector<FeatureMatch> putative = match(
-        features[i]->descriptors, features[j]->descriptors, prepared[i], prepared[j], options);
-    slots[c] = verifyMatches(*features[i], *features[j], putative, camera, options);
-    slots[c].first = i;
-    slots[c].second = j;
+    FramePair pair =
+        verifyMatches(*features[i], *features[j], descriptors.match(i, j), camera, options);
+    pair.first = i;
+    pair.second = j;
     if (store)
-      store->add(slots[c]);
-  });
+      store->add(pair);
+    return pair;
+  };
+  std::size_t done = 0;
+  ProgressCallback watch;
+  if (progress)
+    watch = [&](const Progress& p) {
+      return progress({p.stage, done + p.done, candidates.size()});
+    };
+  for (const PairBlock& block : blocksOf(features, candidates, options)) {
+    descriptors.setFrames(block.frames);
+    const auto& pairs = block.candidates;
+    if (!parallelFor(pairs.size(), options.num_threads, {"matching", watch}, [&](std::size_t k) {
+          slots[pairs[k]] = find_matches(candidates[pairs[k]].first, candidates[pairs[k]].second);
+        }))
+      break;
+    done += pairs.size();
+  }
+  descriptors.setFrames({});
   slots.erase(std::remove_if(slots.begin(), slots.end(),
                              [](const FramePair& pair) { return pair.matches.empty(); }),
               slots.end());

@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include <bundle_icp/graph/image_retrieval.h>
 
+#include "common/array_store.h"
 #include "common/parallel.h"
 
 #include <bundle_icp/common/exceptions.h>
@@ -92,19 +93,17 @@ ImageRetrieval::ImageRetrieval(const std::vector<const Features*>& frames,
   for (const Features* frame : frames)
     total += frame->size();
   const std::size_t step = std::max<std::size_t>(1, total / options.training_size);
-  std::vector<const std::uint8_t*> rows;
+  Eigen::MatrixXf samples(LENGTH, (total + step - 1) / step);
   std::size_t next = 0, seen = 0;
   for (const Features* frame : frames) {
     for (; next < seen + frame->size(); next += step)
-      rows.push_back(frame->descriptors.ptr<std::uint8_t>(int(next - seen)));
+      samples.col(Eigen::Index(next / step)) =
+          row(frame->descriptors, int(next - seen)).cast<float>();
     seen += frame->size();
+    releaseMemory(frame->descriptors);
   }
-  Eigen::MatrixXf samples(LENGTH, rows.size());
-  for (std::size_t i = 0; i < rows.size(); ++i)
-    samples.col(i) =
-        Eigen::Map<const Eigen::Matrix<std::uint8_t, LENGTH, 1>>(rows[i]).cast<float>();
-  vocabulary_ = rows.empty() ? Eigen::MatrixXf::Zero(LENGTH, options.vocabulary_size)
-                             : trainVocabulary(samples, options.vocabulary_size, options.seed);
+  vocabulary_ = total == 0 ? Eigen::MatrixXf::Zero(LENGTH, options.vocabulary_size)
+                           : trainVocabulary(samples, options.vocabulary_size, options.seed);
 
   descriptors_.resize(frames.size());
   parallelFor(frames.size(), options.num_threads, {},
@@ -126,6 +125,7 @@ ImageRetrieval::describe(const Features& frame) const
     const std::vector<int> nearest = assign(samples, vocabulary_);
     for (Eigen::Index i = 0; i < samples.cols(); ++i)
       vlad.col(nearest[i]) += samples.col(i) - vocabulary_.col(nearest[i]);
+    releaseMemory(frame.descriptors);
   }
   for (Eigen::Index w = 0; w < vlad.cols(); ++w)
     if (const float norm = vlad.col(w).norm(); norm > 0)

@@ -68,8 +68,10 @@ separateMotions(const std::vector<const Features*>& features, const CameraIntrin
     return !pair.matches_of_other_motion.empty();
   });
   if (double(two) <= LEAST_SHARE * double(pairs.size())) {
-    for (FramePair& pair : pairs)
+    for (FramePair& pair : pairs) {
       pair.matches_of_other_motion.clear();
+      pair.matches_of_other_motion.shrink_to_fit();
+    }
     return;
   }
   for (FramePair& pair : pairs) {

@@ -3,6 +3,7 @@
 #include "mapping/component_adjustment.h"
 
 #include "common/by_time.h"
+#include "common/free_memory.h"
 #include "common/parallel.h"
 #include "mapping/frame_motions.h"
 #include "mapping/guided_matching.h"
@@ -198,6 +199,7 @@ ComponentAdjuster::adjust(SparseModel& model, int component, int max_iterations,
       state_.terms = relativePoses(model, component, problem.variable, dense);
     problem.relative_poses = state_.terms;
     adjustBundle(graph_, problem, options, model);
+    returnMemory();
     model.removeOutliers(graph_, options_.tracks);
     if (dense)
       for (const std::size_t frame : problem.variable)

@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "mapping/guided_matching.h"
 
+#include "common/array_store.h"
 #include "common/parallel.h"
 #include "model/measurement_model.h"
 
@@ -27,6 +28,8 @@ constexpr double MAX_SIZE_RATIO = 2;
 const std::size_t MIN_MATCHES = MatchingOptions().min_matches;
 /** Cosine of the angle between frames that see the same from sides that SIFT bears. */
 constexpr double MIN_COSINE = 0.5;
+/** Pairs that are matched before the model takes their matches. */
+constexpr std::size_t PAIRS_AT_ONCE = 4096;
 
 /** The features of a frame that have a depth. */
 struct View {
@@ -157,14 +160,21 @@ matchByPrediction(const ImageGraph& graph, const std::vector<std::size_t>& frame
       if (!views[a].features.empty() && axis(a).dot(axis(b)) > MIN_COSINE &&
           !shareEdge(graph, frames[a], frames[b]))
         pairs.emplace_back(a, b);
-  std::vector<std::vector<FeatureMatch>> slots(pairs.size());
-  parallelFor(pairs.size(), num_threads, {}, [&](std::size_t p) {
-    const auto [a, b] = pairs[p];
-    slots[p] = matchViews(graph, model, {frames[a], frames[b]}, views[a], views[b],
-                          options.max_pixel_error);
-  });
-  for (std::size_t p = 0; p < pairs.size(); ++p)
-    model.joinMatches(graph, frames[pairs[p].first], frames[pairs[p].second], slots[p], options);
+  for (std::size_t begin = 0; begin < pairs.size(); begin += PAIRS_AT_ONCE) {
+    const std::size_t count = std::min(PAIRS_AT_ONCE, pairs.size() - begin);
+    std::vector<std::vector<FeatureMatch>> slots(count);
+    parallelFor(count, num_threads, {}, [&](std::size_t k) {
+      const auto [a, b] = pairs[begin + k];
+      slots[k] = matchViews(graph, model, {frames[a], frames[b]}, views[a], views[b],
+                            options.max_pixel_error);
+    });
+    for (std::size_t k = 0; k < count; ++k) {
+      const auto [a, b] = pairs[begin + k];
+      model.joinMatches(graph, frames[a], frames[b], slots[k], options);
+    }
+  }
+  for (const std::size_t frame : frames)
+    releaseMemory(graph.features(frame).descriptors);
 }
 
 } // namespace bundle_icp

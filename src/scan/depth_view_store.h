@@ -2,6 +2,8 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #pragma once
 
+#include "common/array_store.h"
+
 #include <bundle_icp/common/calibration.h>
 #include <bundle_icp/virtual_depth/virtual_depth.h>
 
@@ -13,11 +15,16 @@
 
 namespace bundle_icp {
 
-/** Reduced depth images of all frames. A view's normals and weights, three times as large, are
- *  computed on demand; the views used last are kept. */
+/** Reduced depth images of all frames, in memory as far as they have room, beyond that in a
+ *  temporary file. A view's normals and weights, four times as large, are computed on demand; the
+ *  views used last are kept. */
 class DepthViewStore {
 public:
-  DepthViewStore(const CameraIntrinsics& camera, int reduction, const VirtualDepthOptions& options);
+  /** \param max_bytes largest memory of the images and views that are kept, at least that of a few
+   *  views
+   *  \param folder of the temporary file, see ArrayStore */
+  DepthViewStore(const CameraIntrinsics& camera, int reduction, const VirtualDepthOptions& options,
+                 std::size_t max_bytes, const std::string& folder);
 
   /** Makes room for views 0 ... count - 1. */
   void
@@ -28,7 +35,8 @@ public:
   clear();
 
   /** Reduces a depth image and keeps it as view `index`. Several threads may set different indices
-   *  at once. */
+   *  at once.
+   *  \throws pcl::IOException when the temporary file cannot be written. */
   void
   set(std::size_t index, const cv::Mat& depth);
 
@@ -36,12 +44,16 @@ public:
   std::shared_ptr<const DepthView>
   get(std::size_t index, const Calibration& calibration, const DepthError& error);
 
-private:
-  static constexpr std::size_t CAPACITY = 96;
+  /** Memory of the images and views that are kept. */
+  std::size_t
+  bytesInMemory();
 
+private:
   CameraIntrinsics camera_;
   int reduction_;
   VirtualDepthOptions options_;
+  const std::size_t view_bytes_, capacity_; ///< of a view; number of views that are kept
+  ArrayStore store_;
   std::vector<cv::Mat> depths_;
   std::mutex mutex_;
   std::list<std::size_t> recent_; ///< front = used last

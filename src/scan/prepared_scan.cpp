@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "scan/prepared_scan.h"
 
+#include "common/free_memory.h"
 #include "common/parallel.h"
 #include "graph/feature_checks.h"
 #include "io/text_file.h"
@@ -14,9 +15,6 @@
 
 #include <algorithm>
 #include <chrono>
-#if defined(__GLIBC__)
-#include <malloc.h>
-#endif
 
 namespace bundle_icp {
 namespace {
@@ -34,6 +32,20 @@ contentHash(const Features& features)
   add(features.pixels.data(), features.pixels.size() * sizeof(features.pixels[0]));
   add(features.depths.data(), features.depths.size() * sizeof(features.depths[0]));
   return hash;
+}
+
+/** Parts of max_memory that go to descriptors, to those that are matched at once, and to depth. The
+ *  other five are for what no file can hold. */
+constexpr std::size_t MEMORY_PARTS = 8;
+
+/** With the memory that is free now, where none is given. */
+ReconstructionOptions
+withMemory(ReconstructionOptions options)
+{
+  if (options.max_memory == 0)
+    options.max_memory = freeMemory() / 2;
+  options.graph.matching.max_memory = std::max<std::size_t>(options.max_memory / MEMORY_PARTS, 1);
+  return options;
 }
 
 void
@@ -88,20 +100,13 @@ checkParts(const RGBDDataset& dataset, const CheckOptions& options)
   return findings;
 }
 
-/** What was allocated by many threads lies in heaps that the main one does not use. */
-void
-returnMemory()
-{
-#if defined(__GLIBC__)
-  malloc_trim(0);
-#endif
-}
-
 } // namespace
 
 PreparedScan::Impl::Impl(const RGBDDataset& dataset, const ReconstructionOptions& options)
-: dataset_(dataset), options_(options), frames_(dataset.size()),
-  depth_views_(dataset.camera(), options.depth_reduction, options.mapper.registration.virtual_depth)
+: dataset_(dataset), options_(withMemory(options)), frames_(dataset.size()),
+  descriptors_(options_.max_memory / MEMORY_PARTS, options.temporary_folder),
+  depth_views_(dataset.camera(), options.depth_reduction, options.mapper.registration.virtual_depth,
+               options_.max_memory / MEMORY_PARTS, options.temporary_folder)
 {
   for (std::size_t i = 0; i < frames_.size(); ++i) {
     frames_[i].id = dataset.id(i);
@@ -195,6 +200,7 @@ PreparedScan::Impl::extract(std::size_t i)
       stored_->addFeatures(i, *features);
   }
   frames_[i].features = features->size();
+  features->descriptors = descriptors_.keep(features->descriptors);
   nodes_[i] = {std::move(*features), frames_[i].timestamp, dataset_.prior(i)};
   depth_views_.set(i, rgbd.depth);
 }

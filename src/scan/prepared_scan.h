@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #pragma once
 
+#include "common/array_store.h"
 #include "scan/depth_view_store.h"
 #include "scan/filtered_dataset.h"
 #include "scan/staying_pixels.h"
@@ -136,6 +137,7 @@ private:
   std::shared_ptr<ImageGraph> graph_;
   std::unique_ptr<StoredFrames> stored_; ///< null = nothing is kept on disk any more
   ReusedWork reused_;
+  ArrayStore descriptors_;
   DepthViewStore depth_views_;
   StayingPixels staying_;
   std::vector<Finding> check_findings_;

@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include <bundle_icp/reconstruction.h>
 
+#include "common/array_store.h"
 #include "refinement/moving_pixels.h"
 #include "scan/given_poses.h"
 #include "scan/pose_prior_findings.h"
@@ -222,6 +223,8 @@ Reconstruction::trackFrame(FrameToModelTracker& tracker, std::size_t index, cons
   const bool is_visual = options_.method == ReconstructionMethod::VISUAL_ICP;
   FrameRegistration& registration = frame;
   registration = tracker.track(rgbd, is_visual ? scan_.features(index) : Features());
+  if (is_visual)
+    releaseMemory(scan_.features(index).descriptors);
   frame.component = frame.registered ? 0 : -1;
   frame.features = is_visual ? frame.features : 0;
   frame.by_geometry = frame.matches == 0;

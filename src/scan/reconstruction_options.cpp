@@ -11,6 +11,9 @@
 namespace bundle_icp {
 namespace {
 
+/** Any less holds no frame. */
+constexpr std::size_t LEAST_MEMORY = std::size_t(1) << 20;
+
 constexpr std::pair<ReconstructionMethod, const char*> METHOD_NAMES[] = {
     {ReconstructionMethod::F2M_ICP, "f2m_icp"},
     {ReconstructionMethod::VISUAL_ICP, "visual_icp"},
@@ -56,6 +59,8 @@ ReconstructionOptions::isValid(std::string* error) const
     reason = "depth_reduction must lie in 1 ... 8";
   else if (num_threads < 0)
     reason = "num_threads must be >= 0";
+  else if (max_memory > 0 && max_memory < LEAST_MEMORY)
+    reason = "max_memory must be 0 or at least " + std::to_string(LEAST_MEMORY) + " bytes";
   else if (moving == MovingPart::OBJECT && method == ReconstructionMethod::F2M_ICP)
     reason = "moving: f2m_icp cannot track an object before a camera that stands still";
   else if (poses && (method != ReconstructionMethod::BUNDLE_ICP || moving != MovingPart::CAMERA))

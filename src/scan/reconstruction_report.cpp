@@ -109,6 +109,7 @@ toJson(const ReconstructionOptions& options, const DepthNoise& noise)
             {"exhaustive_limit", options.graph.exhaustive_limit},
             {"depth_reduction", options.depth_reduction},
             {"threads", options.num_threads},
+            {"max_memory", options.max_memory},
             {"mesh", options.make_mesh},
             {"voxel_size", options.volume.voxel_size},
             {"truncation", options.volume.truncation},

@@ -287,6 +287,19 @@ unreadableFindings(const ReconstructionResult& result)
 }
 
 Finding
+memoryFinding(std::size_t voxel_bytes, std::size_t max_memory)
+{
+  constexpr double mebibyte = 1 << 20;
+  return {Severity::NOTE,
+          "memory",
+          formatText("the voxels of the surface take %.0f MiB, more than the %.0f MiB of --memory, "
+                     "to which only poses and matching keep",
+                     double(voxel_bytes) / mebibyte, double(max_memory) / mebibyte),
+          {{"voxel_bytes", double(voxel_bytes)}, {"max_memory_bytes", double(max_memory)}},
+          "--voxel-size with larger voxels, a smaller --roi or --no-mesh need less"};
+}
+
+Finding
 emptySurface(const ReconstructionOptions& options, const ReconstructionResult& result)
 {
   Finding finding{Severity::FAULT, "empty_surface", "the surface is empty", {}, ""};

@@ -51,6 +51,10 @@ stoppedFinding();
 std::vector<Finding>
 unreadableFindings(const ReconstructionResult& result);
 
+/** That the voxels of the surface take more than ReconstructionOptions::max_memory [bytes]. */
+Finding
+memoryFinding(std::size_t voxel_bytes, std::size_t max_memory);
+
 /** Why there is no surface although one was asked for. */
 Finding
 emptySurface(const ReconstructionOptions& options, const ReconstructionResult& result);

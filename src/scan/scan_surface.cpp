@@ -5,6 +5,7 @@
 #include "common/left_out.h"
 #include "scan/frame_appearance.h"
 #include "scan/read_in_order.h"
+#include "scan/result_findings.h"
 
 #include <opencv2/imgproc.hpp>
 
@@ -120,6 +121,8 @@ fuseSurface(const RGBDDataset& dataset, const ReconstructionOptions& options,
   };
   if (!readInOrder(dataset, fused, options.num_threads, fuse, correct))
     return false;
+  if (options.max_memory > 0 && volume.memoryBytes() > options.max_memory)
+    result.findings.push_back(memoryFinding(volume.memoryBytes(), options.max_memory));
   result.mesh = toPolygonMesh(extractSurface(std::move(volume), options.mesh, &result.mesh_report));
   return true;
 }

@@ -14,7 +14,7 @@ namespace serialization {
 
 using bundle_icp::archiveAll;
 
-// Of options, whatever changes the result: all but numbers of threads.
+// Of options, whatever changes the result: all but memory and numbers of threads.
 
 template <class Archive>
 void
@@ -44,7 +44,7 @@ template <class Archive>
 void
 serialize(Archive& archive, bundle_icp::MatchingOptions& value, unsigned)
 {
-  auto& [backend, ratio, min_matches, verification, num_threads] = value;
+  auto& [backend, ratio, min_matches, verification, max_memory, num_threads] = value;
   archiveAll(archive, backend, ratio, min_matches, verification);
 }
 

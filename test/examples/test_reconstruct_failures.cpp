@@ -348,6 +348,12 @@ TEST_F(ReconstructFailure, WrongUsage)
   EXPECT_CONTAINS(misuse({"--voxel-size", "0"}), "voxel_size");
   EXPECT_CONTAINS(misuse({"--voxel-size", "small"}), "--voxel-size");
   EXPECT_CONTAINS(misuse({"--threads=-1"}), "num_threads");
+  for (const std::string size : {"0.5", "G", "1K", "1GB", "nanG", "much"})
+    EXPECT_CONTAINS(misuse({"--memory", size}),
+                    "--memory " + size + ": expected a size such as 500M or 0.5G");
+  for (const std::string size : {"0M", "0.9M", "1e9G"})
+    EXPECT_CONTAINS(misuse({"--memory", size}), "--memory " + size + ": expected 1M to 1000000G");
+  EXPECT_CONTAINS(misuse({"--memory=-1G"}), "--memory -1G: expected 1M to 1000000G");
   EXPECT_CONTAINS(misuse({"--stride", "0"}), "stride must be at least 1");
   EXPECT_CONTAINS(misuse({"--stride=-1"}), "--stride -1");
   EXPECT_CONTAINS(misuse({"--max-frames", "-1"}), "--max-frames -1");

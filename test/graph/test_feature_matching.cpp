@@ -162,6 +162,34 @@ TEST(MatchPairs, DoesNotDependOnThreads)
   }
 }
 
+TEST(MatchPairs, DoesNotDependOnTheMemoryThatDescriptorsMayTake)
+{
+  const Landmarks landmarks(200);
+  const std::vector<LandmarkView> views = landmarkViews(landmarks, 9);
+  std::vector<const Features*> features;
+  std::vector<std::pair<std::size_t, std::size_t>> candidates;
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    features.push_back(&views[i].features);
+    for (std::size_t j = 0; j < i; ++j)
+      candidates.emplace_back(i, j);
+  }
+  const std::vector<FramePair> expected = matchPairs(features, landmarks.camera(), candidates);
+  EXPECT_EQ(expected.size(), candidates.size());
+  for (const std::size_t max_memory : {std::size_t(1), 6 * features[0]->descriptors.total()}) {
+    MatchingOptions options;
+    options.max_memory = max_memory;
+    std::size_t done = 0;
+    expectSame(expected, matchPairs(features, landmarks.camera(), candidates, options,
+                                    [&](const Progress& progress) {
+                                      EXPECT_GT(progress.done, done);
+                                      EXPECT_EQ(progress.total, candidates.size());
+                                      done = progress.done;
+                                      return true;
+                                    }));
+    EXPECT_GT(done, 0u);
+  }
+}
+
 TEST(MatchPairs, ReportsProgressAndStops)
 {
   const Landmarks landmarks(100);

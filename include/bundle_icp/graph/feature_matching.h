@@ -36,6 +36,9 @@ struct BUNDLE_ICP_EXPORT MatchingOptions {
   std::size_t min_matches = 15;
   /** Geometric verification: 3D-3D RANSAC, thresholds in sigmas of the depth noise. */
   RigidAlignmentOptions verification;
+  /** Largest memory of the descriptors that are used at once [bytes], 0 = no limit. Where all need
+   *  more, pairs are matched block by block; the result is the same. */
+  std::size_t max_memory = 0;
   /** Threads to use, 0 = all. */
   int num_threads = 0;
 
