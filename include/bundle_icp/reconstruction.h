@@ -209,7 +209,7 @@ class BUNDLE_ICP_EXPORT PreparedScan {
 public:
   /** \param dataset has to outlive the scan
    *  \param options only moving, features, graph, depth_reduction, virtual depth, threads,
-   *  database, max_memory and temporary_folder have an effect; a database is used where method and poses need features
+   *  database and memory have an effect; a database is used where method and poses need features
    *  \throws pcl::BadArgumentException for invalid options or an empty dataset, and
    *  pcl::IOException when the file of options.database cannot be used. */
   PreparedScan(const RGBDDataset& dataset, const ReconstructionOptions& options);
