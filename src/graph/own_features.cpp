@@ -116,6 +116,18 @@ checkKeypoints(const std::vector<cv::KeyPoint>& keypoints, const cv::Mat& descri
   }
 }
 
+/** A recording's features stay in memory: no more than they need. */
+void
+reserve(std::size_t count, Features& features)
+{
+  features.pixels.reserve(count);
+  features.pixel_sigmas.reserve(count);
+  features.colors.reserve(count);
+  features.depths.reserve(count);
+  features.depth_sigmas.reserve(count);
+  features.depth_slopes.reserve(count);
+}
+
 void
 add(const cv::KeyPoint& keypoint, const RGBDFrame& frame, const CameraIntrinsics& camera,
     const FeatureOptions& options, Features& features)
@@ -144,6 +156,7 @@ makeFeatures(const std::vector<cv::KeyPoint>& keypoints, const cv::Mat& descript
   cv::cvtColor(frame.color, gray, cv::COLOR_BGR2GRAY);
   Features features;
   features.sharpness = measureSharpness(gray);
+  reserve(keypoints.size(), features);
   features.descriptors.create(descriptors.rows, descriptors.cols, descriptors.type());
   for (const int i : canonicalOrder(keypoints)) {
     descriptors.row(i).copyTo(features.descriptors.row(int(features.size())));
