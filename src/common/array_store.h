@@ -21,7 +21,8 @@ public:
   ~ArrayStore();
 
   /** The array itself, or one of the same content that is read from the file whenever it is used,
-   *  and is not to be written to. Either may outlive the store.
+   *  and is not to be written to. Either may outlive the store. The file is mapped: a disk that
+   *  fails to read it ends the process with a signal.
    *  \throws pcl::IOException that names the folder and the reason. */
   cv::Mat
   keep(const cv::Mat& array);
@@ -30,6 +31,7 @@ public:
   std::size_t
   bytesInMemory() const
   {
+    const std::lock_guard<std::mutex> lock(mutex_);
     return bytes_in_memory_;
   }
 
@@ -37,6 +39,7 @@ public:
   std::size_t
   bytesInFile() const
   {
+    const std::lock_guard<std::mutex> lock(mutex_);
     return bytes_in_file_;
   }
 
@@ -49,7 +52,7 @@ private:
 
   const std::size_t max_bytes_;
   const std::string folder_;
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   std::size_t bytes_in_memory_ = 0, bytes_in_file_ = 0;
   int file_ = -1;
   std::shared_ptr<const Segment> segment_; ///< that takes the next array
