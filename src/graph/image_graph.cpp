@@ -210,7 +210,8 @@ ImageGraph::append(std::vector<ImageNode> frames, bool ordered_in_time,
     graph[pair.first].correspondences += pair.matches.size();
     graph[pair.second].correspondences += pair.matches.size();
     const std::size_t first = pair.first, second = pair.second;
-    boost::add_edge(first, second, std::move(pair), graph);
+    // Given to add_edge(), the pair would be copied, and all matches would lie in memory twice.
+    graph[boost::add_edge(first, second, graph).first] = std::move(pair);
   }
   impl_->excludeFrames();
   return completed;
