@@ -160,9 +160,9 @@ describe(ReconstructArguments& arguments)
                "0 = all");
   add_compared("memory", po::value(&arguments.memory)->value_name("SIZE"),
                "memory to do with, such as 500M or 2G (M: 2^20 bytes, G: 2^30 bytes): reduced "
-               "depth images and descriptors beyond three eighths of it lie in a file without a "
-               "name in OUT, so that long recordings need hardly more than short ones; the surface "
-               "grows with the scene and is not bounded; default: half of what is free");
+               "depth images and descriptors, most of what a frame takes, lie in a file without a "
+               "name in OUT beyond three eighths of it; matches, points and the surface are not "
+               "bounded; default: half of what is free");
   add_compared("device", po::value(&arguments.device)->value_name("NAME")->default_value("auto"),
                "device that computes: cpu, or auto, which is the same for now");
   add_compared("add", po::bool_switch(&arguments.is_added),
