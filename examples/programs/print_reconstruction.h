@@ -145,4 +145,15 @@ printScene(const ReconstructionResult& result)
       std::cout << printable(finding.what) << "\n";
 }
 
+/** A line for each view that was asked for. */
+inline void
+printNextViews(const ReconstructionOptions& options, const ReconstructionResult& result)
+{
+  for (std::size_t i = 0; i < result.next_views.size(); ++i)
+    std::cout << "next view " << i + 1 << ": " << printable(toString(result.next_views[i], result))
+              << "\n";
+  if (options.next_views && result.next_views.empty())
+    std::cout << "next view: none, no hole was found that a view would close\n";
+}
+
 } // namespace bundle_icp

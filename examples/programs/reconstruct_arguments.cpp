@@ -99,6 +99,10 @@ describeSurface(ReconstructionOptions& options, po::options_description& run)
   add("max-depth", po::value(&options.volume.max_depth)->value_name("M")->default_value(5.0, "5"),
       "farther depth is left out of the surface [m]");
   add("no-mesh", "write poses and sparse model only");
+  add("next",
+      "suggest at most ten views that would close the largest holes of the surface, or connect "
+      "the parts of the scan: in report.json, and as pictures next_01.png and so on, what is "
+      "missing in magenta; not with --no-mesh");
   add("mesh-format", po::value<std::string>()->value_name("LIST")->default_value("ply"),
       "formats of the mesh files, from ply,obj,stl");
   add("smooth",
@@ -223,6 +227,11 @@ applyValues(const po::variables_map& values, ReconstructArguments& arguments)
                                                  : std::min(100 * volume.voxel_size,
                                                             std::max(8 * volume.voxel_size, 0.012));
   arguments.reconstruction.make_mesh = !values.count("no-mesh");
+  if (values.count("next")) {
+    if (!arguments.reconstruction.make_mesh)
+      throw UsageError("--next: not with --no-mesh, as the mesh shows where surface is missing");
+    arguments.reconstruction.next_views.emplace();
+  }
   if (values.count("roi")) {
     const std::string text = values["roi"].as<std::string>();
     if (text == "object")

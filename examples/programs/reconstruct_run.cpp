@@ -56,6 +56,7 @@ printSummary(const ReconstructArguments& arguments, const RGBDDataset& dataset,
   printMeshReport(result);
   std::cout << result.summary() << "\n";
   printScene(result);
+  printNextViews(arguments.reconstruction, result);
   double total = 0;
   for (const auto& [stage, seconds] : result.timing_s) {
     std::cout << stage << " " << std::round(10 * seconds) / 10 << " s, ";

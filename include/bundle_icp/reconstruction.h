@@ -11,6 +11,7 @@
 #include <bundle_icp/io/trajectory.h>
 #include <bundle_icp/mapping/incremental_mapper.h>
 #include <bundle_icp/refinement/frame_verdict.h>
+#include <bundle_icp/scan/next_views.h>
 #include <bundle_icp/volume/extract_surface.h>
 #include <bundle_icp/volume/object_region.h>
 #include <bundle_icp/volume/tsdf_volume.h>
@@ -91,6 +92,9 @@ struct BUNDLE_ICP_EXPORT ReconstructionOptions {
   /** When set, the surface is limited to the object on the dominant plane, see findObjectRegion().
    *  volume.region is then ignored. */
   std::optional<ObjectRegionOptions> object;
+  /** When set, views are suggested that would add to the scan, see suggestViews(); needs make_mesh.
+   *  Their region gives way to that of the surface. */
+  std::optional<NextViewOptions> next_views;
   /** When set, features and matches are kept on disk, and a later run takes what the same pixels,
    *  camera and options have given; the result is the same as without. Not with find_features, nor
    *  where no features are found. */
@@ -184,7 +188,8 @@ struct ReconstructionResult {
   std::optional<ObjectRegion> object;     ///< set when ReconstructionOptions::object asks for it
   pcl::PolygonMesh mesh;  ///< fields of toPolygonMesh(), among them those of PointXYZRGBNormal
   MeshReport mesh_report; ///< how the mesh was cleaned and decimated
-  ReusedWork reused;      ///< by this run, which gives the same with and without
+  std::vector<NextView> next_views; ///< where ReconstructionOptions::next_views asks for them
+  ReusedWork reused;                ///< by this run, which gives the same with and without
   std::vector<std::pair<std::string, double>> timing_s; ///< wall time of each stage [s]
   std::size_t peak_memory_bytes = 0;                    ///< peak memory of the process so far
 
@@ -252,10 +257,11 @@ prepareResultFolder(const std::string& folder);
 
 /** Writes into a folder, which is made if needed: `report.json`; with poses `trajectory.txt`,
  *  `calibration.json` and `trajectory.png`; with a graph `sparse.ply`; with a mesh `mesh.png` and
- *  `mesh.EXTENSION` in each format. All files are complete before the first replaces an older one;
- *  the report, which lists them with size and CRC-32, comes last. On failure the folder stays as
- *  it was; when the process is killed, the next prepareResultFolder() makes it wholly old or new.
- *  Files of these names that this result does not have are removed; other files in the folder stay.
+ *  `mesh.EXTENSION` in each format; of suggested views `next_01.png` and so on. All files are
+ *  complete before the first replaces an older one; the report, which lists them with size and
+ *  CRC-32, comes last. On failure the folder stays as it was; when the process is killed, the next
+ *  prepareResultFolder() makes it wholly old or new. Files of these names that this result does not
+ *  have are removed; other files in the folder stay.
  *  \throws pcl::IOException naming the file and the reason. */
 BUNDLE_ICP_EXPORT void
 writeReconstruction(const std::string& folder, const RGBDDataset& dataset,

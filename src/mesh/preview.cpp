@@ -16,6 +16,19 @@ constexpr int SUPERSAMPLING = 2;
 const Eigen::Array2f PICTURE_SIZE = SUPERSAMPLING * Eigen::Array2f(1280, 960);
 constexpr float FOCAL_LENGTH = SUPERSAMPLING * 1050;
 
+/** Camera of drawMesh() that chooses its view. */
+CameraIntrinsics
+pictureCamera()
+{
+  CameraIntrinsics camera;
+  camera.width = int(PICTURE_SIZE.x());
+  camera.height = int(PICTURE_SIZE.y());
+  camera.fx = camera.fy = FOCAL_LENGTH;
+  camera.cx = 0.5 * (camera.width - 1);
+  camera.cy = 0.5 * (camera.height - 1);
+  return camera;
+}
+
 /** A vertex in the picture. */
 struct Corner {
   Eigen::Vector2f pixel;
@@ -84,15 +97,15 @@ chooseView(const SurfaceMesh& mesh, const std::vector<Pose>& world_from_cameras)
 }
 
 std::vector<Corner>
-project(const SurfaceMesh& mesh, const Eigen::Isometry3f& view_from_world)
+project(const SurfaceMesh& mesh, const CameraIntrinsics& camera,
+        const Eigen::Isometry3f& view_from_world)
 {
   std::vector<Corner> corners(mesh.vertices.size());
   for (std::size_t i = 0; i < corners.size(); ++i) {
     const Eigen::Vector3f point = view_from_world * mesh.vertices[i];
     if (!(point.z() > 0.05f))
       continue;
-    corners[i].pixel =
-        FOCAL_LENGTH / point.z() * point.head<2>() + 0.5f * (PICTURE_SIZE - 1).matrix();
+    corners[i].pixel = camera.project(point.cast<double>()).cast<float>();
     corners[i].inverse_depth = 1 / point.z();
     corners[i].color.setConstant(190);
     if (!mesh.colors.empty())
@@ -117,9 +130,10 @@ drawTriangle(const Corner& a, const Corner& b, const Corner& c, cv::Mat& image,
   if (!(area < 0) || std::min({a.inverse_depth, b.inverse_depth, c.inverse_depth}) <= 0)
     return;
   const Eigen::Array2f low = a.pixel.cwiseMin(b.pixel).cwiseMin(c.pixel),
-                       high = a.pixel.cwiseMax(b.pixel).cwiseMax(c.pixel);
-  const Eigen::Array2i first = low.max(0).min(PICTURE_SIZE).ceil().cast<int>(),
-                       last = high.max(-1).min(PICTURE_SIZE - 1).floor().cast<int>();
+                       high = a.pixel.cwiseMax(b.pixel).cwiseMax(c.pixel),
+                       size(float(image.cols), float(image.rows));
+  const Eigen::Array2i first = low.max(0).min(size).ceil().cast<int>(),
+                       last = high.max(-1).min(size - 1).floor().cast<int>();
   for (int v = first.y(); v <= last.y(); ++v)
     for (int u = first.x(); u <= last.x(); ++u) {
       const Eigen::Vector2f ap = Eigen::Vector2f(float(u), float(v)) - a.pixel;
@@ -175,17 +189,24 @@ drawPath(const std::vector<Eigen::Vector2d>& path, const std::string& title, cv:
 } // namespace
 
 cv::Mat
-drawMesh(const SurfaceMesh& mesh, const std::vector<Pose>& world_from_cameras)
+drawMesh(const SurfaceMesh& mesh, const CameraIntrinsics& camera, const Pose& world_from_camera)
 {
-  const cv::Size size{int(PICTURE_SIZE.x()), int(PICTURE_SIZE.y())};
+  const cv::Size size{camera.width, camera.height};
   cv::Mat image(size, CV_8UC3, cv::Scalar::all(255)), inverse_depth(size, CV_32FC1, cv::Scalar(0));
   const std::vector<Corner> corners =
-      project(mesh, chooseView(mesh, world_from_cameras).inverse().cast<float>());
+      project(mesh, camera, world_from_camera.inverse().cast<float>());
   for (const auto& triangle : mesh.triangles)
     drawTriangle(corners[triangle[0]], corners[triangle[1]], corners[triangle[2]], image,
                  inverse_depth);
+  return image;
+}
+
+cv::Mat
+drawMesh(const SurfaceMesh& mesh, const std::vector<Pose>& world_from_cameras)
+{
+  const cv::Mat image = drawMesh(mesh, pictureCamera(), chooseView(mesh, world_from_cameras));
   cv::Mat picture;
-  cv::resize(image, picture, size / SUPERSAMPLING, 0, 0, cv::INTER_AREA);
+  cv::resize(image, picture, image.size() / SUPERSAMPLING, 0, 0, cv::INTER_AREA);
   return picture;
 }
 

@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #pragma once
 
+#include <bundle_icp/common/camera_intrinsics.h>
 #include <bundle_icp/common/pose.h>
 #include <bundle_icp/mesh/surface_mesh.h>
 
@@ -17,6 +18,11 @@ namespace bundle_icp {
  *  \param world_from_cameras at least one */
 cv::Mat
 drawMesh(const SurfaceMesh& mesh, const std::vector<Pose>& world_from_cameras);
+
+/** Picture of a mesh as a camera sees it, CV_8UC3 BGR of the camera's size, white where nothing is.
+ *  Backs of faces are left out. */
+cv::Mat
+drawMesh(const SurfaceMesh& mesh, const CameraIntrinsics& camera, const Pose& world_from_camera);
 
 /** Plot of the camera centres from above and from the side, 1280x640, CV_8UC3 BGR. Up is the mean
  *  direction of the cameras' tops.

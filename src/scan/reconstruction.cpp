@@ -5,6 +5,7 @@
 #include "common/array_store.h"
 #include "refinement/moving_pixels.h"
 #include "scan/given_poses.h"
+#include "scan/next_views.h"
 #include "scan/pose_prior_findings.h"
 #include "scan/prepared_scan.h"
 #include "scan/read_in_order.h"
@@ -84,6 +85,8 @@ private:
   verify();
   bool
   makeSurface();
+  bool
+  suggestNext();
   void
   addFindings(const std::vector<Finding>& findings);
   void
@@ -335,7 +338,17 @@ Reconstruction::makeSurface()
   addFindings(unreadableFindings(result_));
   if (result_.mesh.polygons.empty())
     result_.findings.push_back(emptySurface(options_, result_));
-  return true;
+  return !options_.next_views || timed("next views", [this] { return suggestNext(); });
+}
+
+bool
+Reconstruction::suggestNext()
+{
+  NextViewOptions options = *options_.next_views;
+  options.region = options_.volume.region;
+  if (result_.object)
+    options.region = result_.object->box;
+  return suggestViews(scan_.dataset(), result_, moving_, options, progress_, result_.next_views);
 }
 
 Trajectory

@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include <bundle_icp/reconstruction.h>
 
+#include "common/concatenate.h"
 #include "common/parallel.h"
 #include "io/file_system.h"
 #include "io/staging_folder.h"
@@ -74,6 +75,13 @@ writeMeshAndPictures(const std::string& prefix, const ReconstructionOptions& opt
   });
 }
 
+/** Name of the picture of a suggested view. */
+std::string
+pictureName(std::size_t next_view)
+{
+  return concatenate("next_", next_view + 1 < 10 ? "0" : "", next_view + 1, ".png");
+}
+
 /** All files that a result can have. The report comes last: it tells that all are there. */
 std::vector<std::string>
 resultFiles()
@@ -82,6 +90,8 @@ resultFiles()
                                  "trajectory.png", "mesh.png"};
   for (const std::string& format : meshFormats())
     names.push_back("mesh." + format);
+  for (std::size_t i = 0; i < NextViewOptions::MAX_VIEWS; ++i)
+    names.push_back(pictureName(i));
   names.push_back("report.json");
   return names;
 }
@@ -97,6 +107,8 @@ writeFiles(const std::string& prefix, const RGBDDataset& dataset,
   if (result.graph)
     writeSparseModel(prefix + "sparse.ply", *result.graph, result.model);
   writeMeshAndPictures(prefix, options, result);
+  for (std::size_t i = 0; i < result.next_views.size(); ++i)
+    writeImage(prefix + pictureName(i), result.next_views[i].picture);
 }
 
 /** Size and checksum of each file, by which a reader can tell that they belong together. */

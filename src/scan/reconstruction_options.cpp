@@ -65,6 +65,8 @@ ReconstructionOptions::isValid(std::string* error) const
     reason = "moving: f2m_icp cannot track an object before a camera that stands still";
   else if (poses && (method != ReconstructionMethod::BUNDLE_ICP || moving != MovingPart::CAMERA))
     reason = "poses: given poses are of a camera that moves, and need no method";
+  else if (next_views && !make_mesh)
+    reason = "next_views: without a mesh it is not known where surface is missing";
   else if (make_mesh && mesh_formats.empty())
     reason = "mesh_formats is empty";
   else if (const std::string unknown = unknownFormat(mesh_formats); !unknown.empty())
@@ -72,7 +74,8 @@ ReconstructionOptions::isValid(std::string* error) const
   else
     features.isValid(&reason) && graph.isValid(&reason) && mapper.isValid(&reason) &&
         tracking.isValid(&reason) && volume.isValid(&reason) && mesh.isValid(&reason) &&
-        (!object || object->isValid(&reason)) && (!poses || poses->isValid(&reason));
+        (!object || object->isValid(&reason)) && (!poses || poses->isValid(&reason)) &&
+        (!next_views || next_views->isValid(&reason));
   if (error && !reason.empty())
     *error = reason;
   return reason.empty();
@@ -88,6 +91,8 @@ ReconstructionOptions::withThreads() const
   options.tracking.num_threads = num_threads;
   options.volume.num_threads = num_threads;
   options.mesh.num_threads = num_threads;
+  if (options.next_views)
+    options.next_views->num_threads = num_threads;
   return options;
 }
 

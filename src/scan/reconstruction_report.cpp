@@ -17,6 +17,14 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 Json
+toJson(const Pose& pose)
+{
+  const Eigen::Vector3d t = pose.translation();
+  const Eigen::Quaterniond q(pose.linear());
+  return {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()};
+}
+
+Json
 toJson(const FrameReport& frame)
 {
   Json json{{"id", frame.id},
@@ -24,10 +32,8 @@ toJson(const FrameReport& frame)
             {"name", frame.name},
             {"registered", frame.registered}};
   if (frame.registered) {
-    const Eigen::Vector3d t = frame.world_from_camera.translation();
-    const Eigen::Quaterniond q(frame.world_from_camera.linear());
     json["component"] = frame.component;
-    json["world_from_camera"] = {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()};
+    json["world_from_camera"] = toJson(frame.world_from_camera);
   }
   if (!frame.reason.empty())
     json["reason"] = frame.reason;
@@ -62,6 +68,27 @@ toJson(const Finding& finding)
     json["evidence"][name] = value;
   if (!finding.remedy.empty())
     json["remedy"] = finding.remedy;
+  return json;
+}
+
+Json
+toJson(const NextView& view, const ReconstructionResult& result)
+{
+  Json json{{"purpose", toString(view.purpose)},
+            {"what", toString(view, result)},
+            {"world_from_camera", toJson(view.world_from_camera)},
+            {"nearest_frame", result.frames[view.nearest_frame].id},
+            {"distance", view.distance},
+            {"angle", view.angle}};
+  if (view.purpose == NextViewPurpose::CONNECT_COMPONENT) {
+    json["component"] = view.component;
+    json["other_frame"] = result.frames[view.other_frame].id;
+  }
+  else {
+    json["center"] = {view.center.x(), view.center.y(), view.center.z()};
+    json["area"] = view.area;
+    json["shared"] = view.shared;
+  }
   return json;
 }
 
@@ -286,6 +313,11 @@ makeReport(const RGBDDataset& dataset, const ReconstructionOptions& options,
   report["peak_memory_bytes"] = result.peak_memory_bytes;
   if (!result.mesh.polygons.empty())
     report["mesh"] = meshReport(result);
+  if (options.next_views) {
+    report["next_views"] = Json::array();
+    for (const NextView& view : result.next_views)
+      report["next_views"].push_back(toJson(view, result));
+  }
   report["calibration"] = calibrationReport(dataset, result);
   report["options"] = toJson(options, dataset.camera().depth_noise);
   makePrintable(report);

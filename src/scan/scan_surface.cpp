@@ -13,11 +13,7 @@
 #include <numeric>
 
 namespace bundle_icp {
-namespace {
 
-/** All frames of the largest component, in the order of their content, which a shuffled recording
- *  shares; those that were tracked in that of their tracking. Those of doubtful poses would blur
- *  the surface. They are left out where the others show the scene without them. */
 std::vector<std::size_t>
 framesToFuse(const ReconstructionResult& result)
 {
@@ -37,10 +33,9 @@ framesToFuse(const ReconstructionResult& result)
   return fused;
 }
 
-/** With corrected depth, and without that of what moves. */
 RGBDFrame
-corrected(const RGBDDataset& dataset, const ReconstructionResult& result,
-          const std::vector<cv::Mat>& moving, std::size_t index, const RGBDFrame& rgbd)
+frameToFuse(const RGBDDataset& dataset, const ReconstructionResult& result,
+            const std::vector<cv::Mat>& moving, std::size_t index, const RGBDFrame& rgbd)
 {
   RGBDFrame frame = correctedFrame(rgbd, dataset.camera(), result.model.calibration(),
                                    result.frames[index].depth_error);
@@ -51,8 +46,6 @@ corrected(const RGBDDataset& dataset, const ReconstructionResult& result,
   }
   return frame;
 }
-
-} // namespace
 
 bool
 findObject(const RGBDDataset& dataset, const ReconstructionOptions& options,
@@ -79,7 +72,7 @@ findObject(const RGBDDataset& dataset, const ReconstructionOptions& options,
         return !progress || progress({"object", ++done, some.size()});
       },
       [&](std::size_t index, const RGBDFrame& rgbd) {
-        return corrected(dataset, result, moving, index, rgbd);
+        return frameToFuse(dataset, result, moving, index, rgbd);
       });
   if (!completed)
     return false;
@@ -117,7 +110,7 @@ fuseSurface(const RGBDDataset& dataset, const ReconstructionOptions& options,
     return !progress || progress({"surface", ++done, fused.size()});
   };
   const auto correct = [&](std::size_t index, const RGBDFrame& rgbd) {
-    return corrected(dataset, result, moving, index, rgbd);
+    return frameToFuse(dataset, result, moving, index, rgbd);
   };
   if (!readInOrder(dataset, fused, options.num_threads, fuse, correct))
     return false;

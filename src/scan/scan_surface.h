@@ -6,6 +6,18 @@
 
 namespace bundle_icp {
 
+/** All frames of the largest component, in the order of their content, which a shuffled recording
+ *  shares; those that were tracked in that of their tracking. Those of doubtful poses would blur
+ *  the surface. They are left out where the others show the scene without them. */
+std::vector<std::size_t>
+framesToFuse(const ReconstructionResult& result);
+
+/** A frame with corrected depth, and without that of what moves.
+ *  \param moving by frame, a mask of what moves; empty = nothing. May hold none. */
+RGBDFrame
+frameToFuse(const RGBDDataset& dataset, const ReconstructionResult& result,
+            const std::vector<cv::Mat>& moving, std::size_t index, const RGBDFrame& rgbd);
+
 /** Finds the object that the scan is about, from the points of some of its frames with the poses
  *  that `result` holds, and leaves it in `result`.
  *  \param moving by frame, a mask of what moves; empty = nothing. May hold none.
