@@ -29,6 +29,16 @@ archiveAll(Archive& archive, Values&... values)
 
 } // namespace bundle_icp
 
+/** Archives a struct of bundle_icp, all fields of which follow in their order; to be used in the
+ *  namespace boost::serialization. */
+#define BUNDLE_ICP_ARCHIVE(Struct, ...)                                                            \
+  template <class Archive>                                                                         \
+  void serialize(Archive& archive, bundle_icp::Struct& value, unsigned)                            \
+  {                                                                                                \
+    auto& [__VA_ARGS__] = value;                                                                   \
+    bundle_icp::archiveAll(archive, __VA_ARGS__);                                                  \
+  }
+
 namespace boost {
 namespace serialization {
 
@@ -76,13 +86,7 @@ serialize(Archive& archive, std::optional<Value>& value, unsigned version)
   split_free(archive, value, version);
 }
 
-template <class Archive>
-void
-serialize(Archive& archive, bundle_icp::Calibration& value, unsigned)
-{
-  auto& [values, deviations, depth_scale, depth_scale_origin] = value;
-  bundle_icp::archiveAll(archive, values, deviations, depth_scale, depth_scale_origin);
-}
+BUNDLE_ICP_ARCHIVE(Calibration, values, deviations, depth_scale, depth_scale_origin)
 
 } // namespace serialization
 } // namespace boost

@@ -9,21 +9,8 @@ namespace serialization {
 
 using bundle_icp::archiveAll;
 
-template <class Archive>
-void
-serialize(Archive& archive, bundle_icp::Observation& value, unsigned)
-{
-  auto& [frame, feature] = value;
-  archiveAll(archive, frame, feature);
-}
-
-template <class Archive>
-void
-serialize(Archive& archive, bundle_icp::ScenePoint& value, unsigned)
-{
-  auto& [position, track] = value;
-  archiveAll(archive, position, track);
-}
+BUNDLE_ICP_ARCHIVE(Observation, frame, feature)
+BUNDLE_ICP_ARCHIVE(ScenePoint, position, track)
 
 /** Bases cannot be bound together with what they are a base of. */
 template <class Archive>
@@ -37,83 +24,18 @@ serialize(Archive& archive, bundle_icp::FrameRegistration& value, unsigned)
              value.position_deviation, value.rotation_deviation);
 }
 
-template <class Archive>
-void
-serialize(Archive& archive, bundle_icp::CalibrationTest& value, unsigned)
-{
-  auto& [name, parameters, applied, gain, significance, implausible] = value;
-  archiveAll(archive, name, parameters, applied, gain, significance, implausible);
-}
-
-template <class Archive>
-void
-serialize(Archive& archive, bundle_icp::WantedFocalLength& value, unsigned)
-{
-  auto& [x, y, deviation] = value;
-  archiveAll(archive, x, y, deviation);
-}
-
-template <class Archive>
-void
-serialize(Archive& archive, bundle_icp::SelfCalibrationResult& value, unsigned)
-{
-  auto& [tests, calibrated, depth_errors, wanted_focal] = value;
-  archiveAll(archive, tests, calibrated, depth_errors, wanted_focal);
-}
-
-template <class Archive>
-void
-serialize(Archive& archive, bundle_icp::PosePriorReport& value, unsigned)
-{
-  auto& [frames, motions, left_out, said_position, said_rotation, measured_position,
-         measured_rotation, uses_position, uses_rotation] = value;
-  archiveAll(archive, frames, motions, left_out, said_position, said_rotation, measured_position,
-             measured_rotation, uses_position, uses_rotation);
-}
-
-template <class Archive>
-void
-serialize(Archive& archive, bundle_icp::PriorTrust& value, unsigned)
-{
-  auto& [position_factor, rotation_factor, report] = value;
-  archiveAll(archive, position_factor, rotation_factor, report);
-}
-
-template <class Archive>
-void
-serialize(Archive& archive, bundle_icp::RelativePoseTerm& value, unsigned)
-{
-  auto& [first, second, first_from_second, information, is_dense] = value;
-  archiveAll(archive, first, second, first_from_second, information, is_dense);
-}
-
-template <class Archive>
-void
-serialize(Archive& archive, bundle_icp::AdjusterState& value, unsigned)
-{
-  auto& [self_calibration, calibrated_component, num_dense_neighbours, prior_trust,
-         measured_component, terms] = value;
-  archiveAll(archive, self_calibration, calibrated_component, num_dense_neighbours, prior_trust,
-             measured_component, terms);
-}
-
-template <class Archive>
-void
-serialize(Archive& archive, bundle_icp::GrowthState& value, unsigned)
-{
-  auto& [round, failed, next_adjustment, size_at_failure] = value;
-  archiveAll(archive, round, failed, next_adjustment, size_at_failure);
-}
-
-template <class Archive>
-void
-serialize(Archive& archive, bundle_icp::MapperState& value, unsigned)
-{
-  auto& [stage, component, growth, registrations, visibility, covariances, pose_prior, adjuster] =
-      value;
-  archiveAll(archive, stage, component, growth, registrations, visibility, covariances, pose_prior,
-             adjuster);
-}
+BUNDLE_ICP_ARCHIVE(CalibrationTest, name, parameters, applied, gain, significance, implausible)
+BUNDLE_ICP_ARCHIVE(WantedFocalLength, x, y, deviation)
+BUNDLE_ICP_ARCHIVE(SelfCalibrationResult, tests, calibrated, depth_errors, wanted_focal)
+BUNDLE_ICP_ARCHIVE(PosePriorReport, frames, motions, left_out, said_position, said_rotation,
+                   measured_position, measured_rotation, uses_position, uses_rotation)
+BUNDLE_ICP_ARCHIVE(PriorTrust, position_factor, rotation_factor, report)
+BUNDLE_ICP_ARCHIVE(RelativePoseTerm, first, second, first_from_second, information, is_dense)
+BUNDLE_ICP_ARCHIVE(AdjusterState, self_calibration, calibrated_component, num_dense_neighbours,
+                   prior_trust, measured_component, terms)
+BUNDLE_ICP_ARCHIVE(GrowthState, round, failed, next_adjustment, size_at_failure)
+BUNDLE_ICP_ARCHIVE(MapperState, stage, component, growth, registrations, visibility, covariances,
+                   pose_prior, adjuster)
 
 } // namespace serialization
 } // namespace boost
@@ -124,14 +46,14 @@ template <class Archive>
 void
 SparseModel::serialize(Archive& archive, unsigned)
 {
-  archive& frames_& points_& calibration_;
+  archiveAll(archive, frames_, points_, calibration_);
 }
 
 template <class Archive>
 void
 SparseModel::Frame::serialize(Archive& archive, unsigned)
 {
-  archive& world_from_camera& component& depth_error& motion& points;
+  archiveAll(archive, world_from_camera, component, depth_error, motion, points);
 }
 
 std::string

@@ -14,31 +14,21 @@ namespace serialization {
 
 using bundle_icp::archiveAll;
 
+/** For options whose last field is num_threads. */
+#define ARCHIVE_WITHOUT_THREADS(Struct, ...)                                                       \
+  template <class Archive>                                                                         \
+  void serialize(Archive& archive, bundle_icp::Struct& value, unsigned)                            \
+  {                                                                                                \
+    auto& [__VA_ARGS__, num_threads] = value;                                                      \
+    archiveAll(archive, __VA_ARGS__);                                                              \
+  }
+
 // Of options, whatever changes the result: all but memory and numbers of threads.
 
-template <class Archive>
-void
-serialize(Archive& archive, bundle_icp::RigidAlignmentOptions& value, unsigned)
-{
-  auto& [inlier_sigmas, max_samples, confidence, seed] = value;
-  archiveAll(archive, inlier_sigmas, max_samples, confidence, seed);
-}
-
-template <class Archive>
-void
-serialize(Archive& archive, bundle_icp::DepthNoise& value, unsigned)
-{
-  auto& [constant, quadratic, offset] = value;
-  archiveAll(archive, constant, quadratic, offset);
-}
-
-template <class Archive>
-void
-serialize(Archive& archive, bundle_icp::FeatureOptions& value, unsigned)
-{
-  auto& [max_features, contrast_threshold, image_reduction, depth_radius, pixel_sigma] = value;
-  archiveAll(archive, max_features, contrast_threshold, image_reduction, depth_radius, pixel_sigma);
-}
+BUNDLE_ICP_ARCHIVE(RigidAlignmentOptions, inlier_sigmas, max_samples, confidence, seed)
+BUNDLE_ICP_ARCHIVE(DepthNoise, constant, quadratic, offset)
+BUNDLE_ICP_ARCHIVE(FeatureOptions, max_features, contrast_threshold, image_reduction, depth_radius,
+                   pixel_sigma)
 
 template <class Archive>
 void
@@ -56,87 +46,22 @@ serialize(Archive& archive, bundle_icp::RetrievalOptions& value, unsigned)
   archiveAll(archive, vocabulary_size, training_size, seed);
 }
 
-template <class Archive>
-void
-serialize(Archive& archive, bundle_icp::ImageGraphOptions& value, unsigned)
-{
-  auto& [matching, retrieval, exhaustive_limit, key_similarity, num_similar, num_similar_keys,
-         num_neighbours_in_time, min_relative_sharpness] = value;
-  archiveAll(archive, matching, retrieval, exhaustive_limit, key_similarity, num_similar,
-             num_similar_keys, num_neighbours_in_time, min_relative_sharpness);
-}
-
-template <class Archive>
-void
-serialize(Archive& archive, bundle_icp::VirtualDepthOptions& value, unsigned)
-{
-  auto& [edge_distance, max_view_angle, merge_sigmas, num_threads] = value;
-  archiveAll(archive, edge_distance, max_view_angle, merge_sigmas);
-}
-
-template <class Archive>
-void
-serialize(Archive& archive, bundle_icp::FrameRegistrationOptions& value, unsigned)
-{
-  auto& [method, visual_start, min_visual_inliers, virtual_depth, max_views, min_overlap,
-         max_position_deviation, max_rotation_deviation, shared_depth_sigmas] = value;
-  archiveAll(archive, method, visual_start, min_visual_inliers, virtual_depth, max_views,
-             min_overlap, max_position_deviation, max_rotation_deviation, shared_depth_sigmas);
-}
-
-template <class Archive>
-void
-serialize(Archive& archive, bundle_icp::TrackOptions& value, unsigned)
-{
-  auto& [max_sigmas, max_pixel_error] = value;
-  archiveAll(archive, max_sigmas, max_pixel_error);
-}
-
-template <class Archive>
-void
-serialize(Archive& archive, bundle_icp::BundleAdjustmentOptions& value, unsigned)
-{
-  auto& [solver, max_iterations, loss_scale, function_tolerance, use_depth, depth_error_deviation,
-         num_threads] = value;
-  archiveAll(archive, solver, max_iterations, loss_scale, function_tolerance, use_depth,
-             depth_error_deviation);
-}
-
-template <class Archive>
-void
-serialize(Archive& archive, bundle_icp::SelfCalibrationOptions& value, unsigned)
-{
-  auto& [camera, depth_errors, max_frames, min_track_length, significance, min_gain, min_frames,
-         max_iterations, num_threads] = value;
-  archiveAll(archive, camera, depth_errors, max_frames, min_track_length, significance, min_gain,
-             min_frames, max_iterations);
-}
-
-template <class Archive>
-void
-serialize(Archive& archive, bundle_icp::RefinementOptions& value, unsigned)
-{
-  auto& [self_calibration, calibration_test, calibration, num_dense_neighbours,
-         num_exact_dense_neighbours, motion_prior, pose_prior] = value;
-  archiveAll(archive, self_calibration, calibration_test, calibration, num_dense_neighbours,
-             num_exact_dense_neighbours, motion_prior, pose_prior);
-}
-
-template <class Archive>
-void
-serialize(Archive& archive, bundle_icp::MappingSchedule& value, unsigned)
-{
-  auto& [batch_size, adjustment_growth, global_adjustment, ordered_in_time] = value;
-  archiveAll(archive, batch_size, adjustment_growth, global_adjustment, ordered_in_time);
-}
-
-template <class Archive>
-void
-serialize(Archive& archive, bundle_icp::MapperOptions& value, unsigned)
-{
-  auto& [registration, tracks, adjustment, refinement, schedule, num_threads] = value;
-  archiveAll(archive, registration, tracks, adjustment, refinement, schedule);
-}
+BUNDLE_ICP_ARCHIVE(ImageGraphOptions, matching, retrieval, exhaustive_limit, key_similarity,
+                   num_similar, num_similar_keys, num_neighbours_in_time, min_relative_sharpness)
+ARCHIVE_WITHOUT_THREADS(VirtualDepthOptions, edge_distance, max_view_angle, merge_sigmas)
+BUNDLE_ICP_ARCHIVE(FrameRegistrationOptions, method, visual_start, min_visual_inliers,
+                   virtual_depth, max_views, min_overlap, max_position_deviation,
+                   max_rotation_deviation, shared_depth_sigmas)
+BUNDLE_ICP_ARCHIVE(TrackOptions, max_sigmas, max_pixel_error)
+ARCHIVE_WITHOUT_THREADS(BundleAdjustmentOptions, solver, max_iterations, loss_scale,
+                        function_tolerance, use_depth, depth_error_deviation)
+ARCHIVE_WITHOUT_THREADS(SelfCalibrationOptions, camera, depth_errors, max_frames, min_track_length,
+                        significance, min_gain, min_frames, max_iterations)
+BUNDLE_ICP_ARCHIVE(RefinementOptions, self_calibration, calibration_test, calibration,
+                   num_dense_neighbours, num_exact_dense_neighbours, motion_prior, pose_prior)
+BUNDLE_ICP_ARCHIVE(MappingSchedule, batch_size, adjustment_growth, global_adjustment,
+                   ordered_in_time)
+ARCHIVE_WITHOUT_THREADS(MapperOptions, registration, tracks, adjustment, refinement, schedule)
 
 } // namespace serialization
 } // namespace boost
