@@ -73,7 +73,7 @@ protected:
   std::string place = folder.path("scan");
 };
 
-std::string
+inline std::string
 padded(long long number, int width)
 {
   const std::string digits = std::to_string(number);
