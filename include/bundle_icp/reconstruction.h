@@ -189,7 +189,9 @@ struct ReconstructionResult {
   pcl::PolygonMesh mesh;  ///< fields of toPolygonMesh(), among them those of PointXYZRGBNormal
   MeshReport mesh_report; ///< how the mesh was cleaned and decimated
   std::vector<NextView> next_views; ///< where ReconstructionOptions::next_views asks for them
-  ReusedWork reused;                ///< by this run, which gives the same with and without
+  /** Poses as ScanSession gave them when the frames came; empty without a session. */
+  Trajectory live_trajectory;
+  ReusedWork reused; ///< by this run, which gives the same with and without
   std::vector<std::pair<std::string, double>> timing_s; ///< wall time of each stage [s]
   std::size_t peak_memory_bytes = 0;                    ///< peak memory of the process so far
 
@@ -257,11 +259,11 @@ prepareResultFolder(const std::string& folder);
 
 /** Writes into a folder, which is made if needed: `report.json`; with poses `trajectory.txt`,
  *  `calibration.json` and `trajectory.png`; with a graph `sparse.ply`; with a mesh `mesh.png` and
- *  `mesh.EXTENSION` in each format; of suggested views `next_01.png` and so on. All files are
- *  complete before the first replaces an older one; the report, which lists them with size and
- *  CRC-32, comes last. On failure the folder stays as it was; when the process is killed, the next
- *  prepareResultFolder() makes it wholly old or new. Files of these names that this result does not
- *  have are removed; other files in the folder stay.
+ *  `mesh.EXTENSION` in each format; of suggested views `next_01.png` and so on; of a session
+ *  `trajectory_live.txt`. All files are complete before the first replaces an older one; the
+ *  report, which lists them with size and CRC-32, comes last. On failure the folder stays as it
+ *  was; when the process is killed, the next prepareResultFolder() makes it wholly old or new.
+ *  Files of these names that this result does not have are removed; other files in the folder stay.
  *  \throws pcl::IOException naming the file and the reason. */
 BUNDLE_ICP_EXPORT void
 writeReconstruction(const std::string& folder, const RGBDDataset& dataset,

@@ -7,6 +7,7 @@
 #include <bundle_icp/common/calibration.h>
 #include <bundle_icp/virtual_depth/virtual_depth.h>
 
+#include <limits>
 #include <list>
 #include <map>
 #include <memory>
@@ -20,6 +21,8 @@ namespace bundle_icp {
  *  views used last are kept. */
 class DepthViewStore {
 public:
+  static constexpr std::size_t NO_LIMIT = std::numeric_limits<std::size_t>::max();
+
   /** \param max_bytes largest memory of the images and views that are kept, at least that of a few
    *  views
    *  \param folder of the temporary file, see ArrayStore */

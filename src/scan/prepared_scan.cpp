@@ -4,8 +4,8 @@
 
 #include "common/free_memory.h"
 #include "common/parallel.h"
-#include "graph/feature_checks.h"
 #include "io/text_file.h"
+#include "scan/find_features.h"
 #include "scan/settings_hash.h"
 
 #include <bundle_icp/scan/check.h>
@@ -62,26 +62,6 @@ check(const RGBDDataset& dataset, const ReconstructionOptions& options)
   for (std::size_t i = 0; i < dataset.size(); ++i)
     if (const auto prior = dataset.prior(i); prior && !prior->isValid(&error))
       throw BadArgumentException("reconstruct: " + dataset.name(i) + ": " + error);
-}
-
-/** Features of a frame, by the caller's own function where there is one.
- *  \throws pcl::IOException naming the frame when that function fails or gives nonsense. */
-Features
-findFeatures(const RGBDFrame& frame, const CameraIntrinsics& camera, const std::string& name,
-             const ReconstructionOptions& options)
-{
-  if (!options.find_features)
-    return extractFeatures(frame, camera, options.features);
-  Features features;
-  try {
-    features = options.find_features(frame, camera, options.features);
-  }
-  catch (const std::exception& error) {
-    throw IOException(name + ": find_features failed: " + messageOf(error));
-  }
-  if (const std::string fault = faultOf(features, camera); !fault.empty())
-    throw IOException(name + ": find_features gave wrong features: " + fault);
-  return features;
 }
 
 /** What is wrong with a recording, or with each of several that are joined. */

@@ -86,8 +86,8 @@ pictureName(std::size_t next_view)
 std::vector<std::string>
 resultFiles()
 {
-  std::vector<std::string> names{"trajectory.txt", "calibration.json", "sparse.ply",
-                                 "trajectory.png", "mesh.png"};
+  std::vector<std::string> names{"trajectory.txt", "trajectory_live.txt", "calibration.json",
+                                 "sparse.ply",     "trajectory.png",      "mesh.png"};
   for (const std::string& format : meshFormats())
     names.push_back("mesh." + format);
   for (std::size_t i = 0; i < NextViewOptions::MAX_VIEWS; ++i)
@@ -104,6 +104,8 @@ writeFiles(const std::string& prefix, const RGBDDataset& dataset,
     return;
   writeCalibration(prefix + "calibration.json", result.model.calibration(), dataset.camera());
   writeTrajectory(prefix + "trajectory.txt", result.trajectory());
+  if (!result.live_trajectory.empty())
+    writeTrajectory(prefix + "trajectory_live.txt", result.live_trajectory);
   if (result.graph)
     writeSparseModel(prefix + "sparse.ply", *result.graph, result.model);
   writeMeshAndPictures(prefix, options, result);
