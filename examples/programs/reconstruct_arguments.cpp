@@ -176,6 +176,11 @@ describe(ReconstructArguments& arguments)
       "fresh", po::bool_switch(&arguments.is_fresh),
       "find all features, matches and poses anew; without it those of an earlier run are taken "
       "from OUT/scan.db, where images, camera and options are the same");
+  add_compared("live", po::bool_switch(&arguments.is_live),
+               "play SCAN by its stamps as if one scanned now: of frames that come while one is "
+               "worked on the last one alone waits; OUT/trajectory_live.txt has the poses as they "
+               "were known when the frames came, the other files are made at the end, from the "
+               "frames played");
   add_compared("quiet,q", po::bool_switch(&arguments.is_quiet), "no progress");
   add_compared("help,h", "print this text");
   add_compared("version", "print the version");
@@ -289,6 +294,22 @@ refuseSeveralScans(const ReconstructArguments& arguments)
     throw UsageError("--moving object: only with one SCAN, whose surroundings stand still");
 }
 
+/** What nobody scans by. */
+void
+refuseLive(const ReconstructArguments& arguments)
+{
+  if (arguments.scans.size() > 1)
+    throw UsageError("--live: only with one SCAN, as it is played by its stamps");
+  if (arguments.method != "bundle_icp")
+    throw UsageError("--live: only with --method bundle_icp");
+  if (arguments.moving != "camera")
+    throw UsageError("--live: only with --moving camera");
+  if (!(arguments.poses.poses + arguments.poses.prior).empty())
+    throw UsageError("--live: not with --poses or --pose-prior, as no pose is known before");
+  if (arguments.dataset.shuffle_seed)
+    throw UsageError("--live: not with --shuffle, as frames come in the order of time");
+}
+
 /** Puts the recordings that the results were made from in the place of the results. */
 void
 takeResults(ReconstructArguments& arguments)
@@ -314,8 +335,6 @@ takeResults(ReconstructArguments& arguments)
 void
 takeScans(ReconstructArguments& arguments)
 {
-  if (arguments.scans.empty())
-    throw UsageError("expected SCAN... -o OUT");
   if (!arguments.is_added)
     return;
   if (boost::filesystem::exists(arguments.output))
@@ -325,18 +344,20 @@ takeScans(ReconstructArguments& arguments)
   arguments.scans = std::move(scans);
 }
 
-/** \param take_scans makes recordings of the arguments without an option name */
+/** \param operands what the arguments without an option name are, for messages
+ *  \param take_scans makes recordings of them */
 template <class PrintHelp, class TakeScans>
 std::optional<ReconstructArguments>
-parse(int argc, char** argv, const PrintHelp& print_help, const TakeScans& take_scans)
+parse(int argc, char** argv, const std::string& operands, const PrintHelp& print_help,
+      const TakeScans& take_scans)
 {
   ReconstructArguments arguments;
   const po::options_description visible = describe(arguments);
   const auto values = parseScanArguments(argc, argv, visible, -1, arguments.scans, print_help);
   if (!values)
     return std::nullopt;
-  if (arguments.output.empty())
-    throw UsageError("expected -o OUT");
+  if (arguments.scans.empty() || arguments.output.empty())
+    throw UsageError("expected " + operands + " -o OUT");
   arguments.reconstruction.database = ScanDatabaseOptions{
       (boost::filesystem::path(arguments.output) / "scan.db").string(), arguments.is_fresh};
   take_scans(arguments);
@@ -344,6 +365,8 @@ parse(int argc, char** argv, const PrintHelp& print_help, const TakeScans& take_
   if (arguments.scans.size() > 1)
     refuseSeveralScans(arguments);
   applyValues(*values, arguments);
+  if (arguments.is_live)
+    refuseLive(arguments);
   return arguments;
 }
 
@@ -352,13 +375,13 @@ parse(int argc, char** argv, const PrintHelp& print_help, const TakeScans& take_
 std::optional<ReconstructArguments>
 parseReconstructArguments(int argc, char** argv)
 {
-  return parse(argc, argv, printHelp, takeScans);
+  return parse(argc, argv, "SCAN...", printHelp, takeScans);
 }
 
 std::optional<ReconstructArguments>
 parseMergeArguments(int argc, char** argv)
 {
-  return parse(argc, argv, printMergeHelp, takeResults);
+  return parse(argc, argv, "RESULT RESULT...", printMergeHelp, takeResults);
 }
 
 } // namespace bundle_icp

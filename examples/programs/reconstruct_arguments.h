@@ -23,7 +23,7 @@ struct ReconstructArguments {
   CalibrationArguments calibration;
   PoseArguments poses;
   ReconstructionOptions reconstruction;
-  bool is_added = false, is_fresh = false, is_quiet = false;
+  bool is_added = false, is_fresh = false, is_quiet = false, is_live = false;
 };
 
 /** Of bundle_icp_reconstruct. \return nothing when the user asked for help. */

@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "reconstruct_run.h"
 
+#include "live_scan.h"
 #include "print_reconstruction.h"
 
 #include <bundle_icp/io/joined_dataset.h>
@@ -142,13 +143,15 @@ stopMessage(const ReconstructArguments& arguments, const ReconstructionResult& r
 int
 runReconstruction(ReconstructArguments& arguments)
 {
-  const RGBDDataset::Ptr dataset = openScans(arguments);
+  RGBDDataset::Ptr dataset = openScans(arguments);
   const ResultFolder result_folder(arguments.output);
   ReconstructionResult result;
   {
     const StopOnSignal stop_on_signal;
     ProgressPrinter progress(arguments.is_quiet);
-    result = reconstruct(*dataset, arguments.reconstruction, std::ref(progress));
+    result = arguments.is_live
+                 ? reconstructLive(dataset, arguments.reconstruction, std::ref(progress))
+                 : reconstruct(*dataset, arguments.reconstruction, std::ref(progress));
   }
   if (result.status == ReconstructionStatus::STOPPED)
     throw std::runtime_error(stopMessage(arguments, result));
