@@ -84,8 +84,8 @@ struct BUNDLE_ICP_EXPORT ReconstructionOptions {
   FeatureFinder find_features;
   ImageGraphOptions graph;
   MapperOptions mapper; ///< schedule.ordered_in_time is taken from the dataset; RGBD_SFM ignores
-                        ///< method, visual_start, dense terms, motion_prior, pose_prior and
-                        ///< self_calibration
+                        ///< method, visual_start, dense terms, motion_prior, pose_prior,
+                        ///< join_by_geometry and self_calibration
   TrackingOptions tracking; ///< for F2M_ICP and VISUAL_ICP
   TSDFOptions volume;       ///< volume that the mesh is made from
   MeshOptions mesh;
@@ -185,6 +185,7 @@ struct ReconstructionResult {
   SparseModel model;                      ///< sparse model, calibration included
   SelfCalibrationResult self_calibration; ///< corrections that were tested and applied
   PosePriorReport pose_prior;             ///< what the dataset's prior poses were worth
+  std::vector<ComponentJoint> joints;     ///< parts that were joined by their shape, in order
   std::optional<ObjectRegion> object;     ///< set when ReconstructionOptions::object asks for it
   pcl::PolygonMesh mesh;  ///< fields of toPolygonMesh(), among them those of PointXYZRGBNormal
   MeshReport mesh_report; ///< how the mesh was cleaned and decimated

@@ -7,6 +7,7 @@
 #include "common/parallel.h"
 #include "mapping/frame_motions.h"
 #include "mapping/guided_matching.h"
+#include "mapping/joint_evidence.h"
 #include "refinement/still_camera.h"
 #include "refinement/trajectory_smoothing.h"
 
@@ -20,6 +21,8 @@ namespace {
 constexpr int FINAL_ROUNDS = 2;
 /** Minimum number of frames that show how smoothly the camera moves. */
 constexpr std::size_t MIN_FOR_MOTION_PRIOR = 20;
+/** Share of a frame's depth that another one sees as well, for a dense term without matches. */
+constexpr double LEAST_SHARED_DEPTH = 0.3;
 
 } // namespace
 
@@ -39,23 +42,38 @@ ComponentAdjuster::setState(const AdjusterState& state)
   tellRegistrar();
 }
 
+/** Key frames that share most matches with a frame. Where they are few, as on white walls, also
+ *  those that share most depth. */
+std::vector<std::size_t>
+ComponentAdjuster::denseNeighbours(const SparseModel& model, std::size_t frame,
+                                   const std::vector<std::size_t>& frames) const
+{
+  std::vector<std::size_t> chosen;
+  const auto choose = [&](const std::vector<Neighbour>& neighbours) {
+    for (const Neighbour& neighbour : neighbours)
+      if (chosen.size() < state_.num_dense_neighbours && graph_.isKey(neighbour.frame) &&
+          neighbour.frame != frame &&
+          std::find(chosen.begin(), chosen.end(), neighbour.frame) == chosen.end())
+        chosen.push_back(neighbour.frame);
+  };
+  choose(registrar_.registeredNeighbours(model, frame, model.component(frame)));
+  if (chosen.size() < state_.num_dense_neighbours)
+    choose(framesSharingDepth(model, registrar_.depthViews(), frame, model.worldFromDepth(frame),
+                              frames, LEAST_SHARED_DEPTH));
+  return chosen;
+}
+
 std::vector<RelativePoseTerm>
 ComponentAdjuster::denseTerms(const SparseModel& model,
                               const std::vector<std::size_t>& frames) const
 {
+  std::vector<std::vector<std::size_t>> neighbours(frames.size());
+  parallelFor(frames.size(), options_.num_threads, {},
+              [&](std::size_t k) { neighbours[k] = denseNeighbours(model, frames[k], frames); });
   std::vector<std::pair<std::size_t, std::size_t>> pairs;
-  for (const std::size_t frame : frames) {
-    std::size_t count = 0;
-    for (const Neighbour& neighbour :
-         registrar_.registeredNeighbours(model, frame, model.component(frame))) {
-      if (count == state_.num_dense_neighbours)
-        break;
-      if (!graph_.isKey(neighbour.frame))
-        continue;
-      ++count;
-      pairs.emplace_back(std::min(frame, neighbour.frame), std::max(frame, neighbour.frame));
-    }
-  }
+  for (std::size_t k = 0; k < frames.size(); ++k)
+    for (const std::size_t other : neighbours[k])
+      pairs.emplace_back(std::minmax(frames[k], other));
   std::sort(pairs.begin(), pairs.end());
   pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
   std::vector<std::optional<RelativePoseTerm>> slots(pairs.size());

@@ -96,6 +96,9 @@ private:
   std::vector<RelativePoseTerm>
   relativePoses(const SparseModel& model, int component, const std::vector<std::size_t>& frames,
                 bool dense);
+  std::vector<std::size_t>
+  denseNeighbours(const SparseModel& model, std::size_t frame,
+                  const std::vector<std::size_t>& frames) const;
   std::vector<RelativePoseTerm>
   denseTerms(const SparseModel& model, const std::vector<std::size_t>& frames) const;
 

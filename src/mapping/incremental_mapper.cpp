@@ -3,6 +3,7 @@
 #include <bundle_icp/mapping/incremental_mapper.h>
 
 #include "mapping/component_growth.h"
+#include "mapping/component_joints.h"
 #include "mapping/registration_by_time.h"
 
 #include <bundle_icp/common/exceptions.h>
@@ -24,7 +25,8 @@ public:
   : graph_(graph), depth_views_(std::move(depth_views)), options_(withThreads(options)),
     registrar_(graph_, depth_views_, options_.registration, options_.adjustment),
     adjuster_(graph_, registrar_, options_),
-    growth_(graph_, registrar_, adjuster_, options_, state_)
+    growth_(graph_, registrar_, adjuster_, options_, state_),
+    joiner_(graph_, depth_views_, registrar_, options_)
   {
     state_.registrations.resize(graph.size());
     state_.visibility.resize(graph.size());
@@ -61,6 +63,8 @@ private:
   save(const SparseModel& model);
   bool
   step(const SparseModel& model);
+  bool
+  joinComponents(SparseModel& model);
   void
   adjustFinally(SparseModel& model);
   void
@@ -73,6 +77,7 @@ private:
   ComponentAdjuster adjuster_;
   MapperState state_; ///< without that of adjuster_
   ComponentGrowth growth_;
+  ComponentJoiner joiner_;
   ProgressCallback progress_;
   MapStore* store_ = nullptr;
   std::chrono::steady_clock::time_point saved_;
@@ -116,6 +121,12 @@ const PosePriorReport&
 IncrementalMapper::posePrior() const
 {
   return impl_->state().pose_prior;
+}
+
+const std::vector<ComponentJoint>&
+IncrementalMapper::joints() const
+{
+  return impl_->state().joints;
 }
 
 const std::vector<FrameRegistration>&
@@ -184,13 +195,17 @@ IncrementalMapper::Impl::runStage(SparseModel& model)
   const auto step = [this, &model] { return this->step(model); };
   switch (state_.stage) {
   case MapperStage::NEXT_COMPONENT:
-    state_.stage = growth_.initialise(model) ? MapperStage::KEY_FRAMES : MapperStage::DONE;
+    state_.stage = growth_.initialise(model) ? MapperStage::KEY_FRAMES : MapperStage::JOINT;
     growth_.begin(model);
     return true;
   case MapperStage::KEY_FRAMES:
     if (!growth_.addKeyFrames(model, step))
       return false;
+    adjuster_.calibrate(model, state_.component);
     state_.stage = MapperStage::ADJUSTMENT;
+    return true;
+  case MapperStage::JOINT:
+    state_.stage = joinComponents(model) ? MapperStage::ADJUSTMENT : MapperStage::DONE;
     return true;
   case MapperStage::ADJUSTMENT:
     adjustFinally(model);
@@ -205,7 +220,7 @@ IncrementalMapper::Impl::runStage(SparseModel& model)
     return true;
   case MapperStage::FRAMES_BY_TIME:
     registerFramesByTime(model);
-    state_.stage = MapperStage::NEXT_COMPONENT;
+    state_.stage = state_.joints.empty() ? MapperStage::NEXT_COMPONENT : MapperStage::JOINT;
     ++state_.component;
     return true;
   case MapperStage::DONE:
@@ -214,10 +229,31 @@ IncrementalMapper::Impl::runStage(SparseModel& model)
   return true;
 }
 
+/** Joins two parts that share too few features. That makes a component larger, in which frames may
+ *  find their place that had none. \return whether two were joined */
+bool
+IncrementalMapper::Impl::joinComponents(SparseModel& model)
+{
+  if (!options_.refinement.join_by_geometry ||
+      options_.registration.method != FrameRegistrationMethod::BUNDLE_ICP)
+    return false;
+  const std::optional<MadeJoint> joint = joiner_.joinNext(model);
+  if (!joint)
+    return false;
+  state_.component = joint->component;
+  state_.joints.push_back(joint->report);
+  for (const std::size_t frame : joint->moved) {
+    FrameRegistration& registration = state_.registrations[frame];
+    registration.registered = registration.by_geometry = true;
+    registration.reason.clear();
+    state_.covariances[frame].reset(); // adjusted with the others from now on
+  }
+  return true;
+}
+
 void
 IncrementalMapper::Impl::adjustFinally(SparseModel& model)
 {
-  adjuster_.calibrate(model, state_.component);
   adjuster_.adjustFinally(model, state_.component);
   growth_.updateVisibilities(model);
   const PosePriorReport& of_prior = adjuster_.prior().trust().report;

@@ -33,9 +33,11 @@ BUNDLE_ICP_ARCHIVE(PriorTrust, position_factor, rotation_factor, report)
 BUNDLE_ICP_ARCHIVE(RelativePoseTerm, first, second, first_from_second, information, is_dense)
 BUNDLE_ICP_ARCHIVE(AdjusterState, self_calibration, calibrated_component, num_dense_neighbours,
                    prior_trust, measured_component, terms)
+BUNDLE_ICP_ARCHIVE(ComponentJoint, first_frames, second_frames, held_frames, overlap, agreement,
+                   matches, support, runner_up_support)
 BUNDLE_ICP_ARCHIVE(GrowthState, round, failed, next_adjustment, size_at_failure)
 BUNDLE_ICP_ARCHIVE(MapperState, stage, component, growth, registrations, visibility, covariances,
-                   pose_prior, adjuster)
+                   pose_prior, joints, adjuster)
 
 } // namespace serialization
 } // namespace boost

@@ -4,6 +4,8 @@
 
 #include "mapping/component_adjustment.h"
 
+#include <bundle_icp/mapping/component_joint.h>
+
 #include <optional>
 #include <string>
 #include <vector>
@@ -17,6 +19,7 @@ enum class MapperStage {
   ADJUSTMENT,     ///< self-calibration and adjustment with all evidence
   OTHER_FRAMES,   ///< growth by all others
   FRAMES_BY_TIME, ///< frames without matches, and the motion prior
+  JOINT,          ///< a joint of parts by geometry, when no component is left to begin
   DONE
 };
 
@@ -42,6 +45,7 @@ struct MapperState {
   /** Of poses that were found on their own, not adjusted with the others. */
   std::vector<std::optional<Matrix6d>> covariances;
   PosePriorReport pose_prior;
+  std::vector<ComponentJoint> joints;
   AdjusterState adjuster;
 };
 

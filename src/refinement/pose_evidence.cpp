@@ -16,8 +16,6 @@ constexpr std::size_t MAX_MATCHES = 150;
 constexpr int ROUNDS = 3;
 /** Scale of the Cauchy loss on the distance of matched points [sigma]. */
 constexpr double LOSS_SCALE = 2;
-/** Distance between compared pixels, as a share of the width of the image. */
-constexpr int PIXELS_ALONG_WIDTH = 40;
 /** Pixels whose weight is below this share of that of a plain one lie at edges. */
 constexpr float MIN_WEIGHT = 0.3F;
 
@@ -134,19 +132,22 @@ DepthComparison::sigmasInFront(const Place& place) const
 }
 
 DepthAgreement
-compareDepth(const DepthView& view, const DepthView& other, const Pose& other_from_view)
+compareDepth(const DepthView& view, const DepthView& other, const Pose& other_from_view,
+             const DepthComparisonOptions& options)
 {
   const DepthComparison comparison(view, other, other_from_view);
   DepthAgreement agreement;
-  const int step = std::max(1, view.camera.width / PIXELS_ALONG_WIDTH);
+  const int step = std::max(1, view.camera.width / options.pixels_along_width);
   for (int row = step / 2; row < view.camera.height; row += step)
     for (int column = step / 2; column < view.camera.width; column += step)
-      if (const auto place = comparison.place(row, column);
-          place && DepthComparison::isPlain(view, row, column))
+      if (auto place = comparison.place(row, column);
+          place && DepthComparison::isPlain(view, row, column)) {
+        place->sigma = std::hypot(place->sigma, options.misplaced);
         if (const auto sigmas = comparison.sigmasInFront(*place))
           (std::abs(*sigmas) < AGREEING_SIGMAS ? agreement.agree
            : *sigmas > 0                       ? agreement.in_front
                                                : agreement.behind) += 1;
+      }
   return agreement;
 }
 

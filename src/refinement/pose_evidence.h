@@ -73,9 +73,16 @@ private:
   const Pose other_from_view_;
 };
 
+/** How compareDepth() works. */
+struct DepthComparisonOptions {
+  int pixels_along_width = 40; ///< compared pixels of a row
+  double misplaced = 0;        ///< standard deviation of the position that the pose gives [m]
+};
+
 /** Compares pixels of one depth image with those of another one. Pixels at depth edges, and what
  *  lies outside of the other image, take no part. */
 DepthAgreement
-compareDepth(const DepthView& view, const DepthView& other, const Pose& other_from_view);
+compareDepth(const DepthView& view, const DepthView& other, const Pose& other_from_view,
+             const DepthComparisonOptions& options = {});
 
 } // namespace bundle_icp

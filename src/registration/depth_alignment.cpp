@@ -8,6 +8,8 @@ namespace {
 /** An adjustment weighs hundreds of pairs against each other and against matches: chance in one
  *  pair's residuals would decide between the pairs. */
 constexpr double PAIR_MODEL_SHARE = 0.7;
+/** Largest misalignment of a start that is trusted [m]. */
+constexpr double TRUSTED_MISALIGNMENT = 0.03;
 
 } // namespace
 
@@ -44,6 +46,12 @@ DepthAlignment::setVirtualDepth(const std::vector<View>& views,
   problem_.world_from_virtual = start;
   problem_.target = render(start);
   problem_.render = [this](const Pose& pose) { return std::make_optional(render(pose)); };
+}
+
+void
+DepthAlignment::trustStart()
+{
+  problem_.max_misalignment = TRUSTED_MISALIGNMENT;
 }
 
 void

@@ -33,6 +33,10 @@ public:
   setVirtualDepth(const std::vector<View>& views, const std::vector<Pose>& world_from_views,
                   const Pose& start);
 
+  /** The start is right within some centimetres: no other pose is looked for. */
+  void
+  trustStart();
+
   /** The target is one image, near a start that is adjusted. */
   void
   setView(const DepthView& view);

@@ -135,6 +135,17 @@ FrameRegistrar::bundleICP(const SparseModel& model, const NewFrame& new_frame) c
                   registration);
 }
 
+BundleICPResult
+FrameRegistrar::alignDepth(const SparseModel& model, const NewFrame& new_frame) const
+{
+  const Pose start = *new_frame.guess * model.depthFromColor(new_frame.index).inverse();
+  DepthAlignment alignment(depth_views_(new_frame.index, model),
+                           virtualDepthOptions(new_frame.num_threads));
+  showVirtualDepth(model, new_frame, start, alignment);
+  alignment.trustStart();
+  return alignPoints(alignment.problem(), start);
+}
+
 FrameRegistration
 FrameRegistrar::registerVisually(const SparseModel& model, const NewFrame& new_frame) const
 {

@@ -57,6 +57,11 @@ public:
   FrameRegistration
   registerVisually(const SparseModel& model, const NewFrame& new_frame) const;
 
+  /** Lines 3 to 7 of Algorithm 1 alone, from a guess that is right within some centimetres.
+   *  \return the pose of the camera when depth was taken */
+  BundleICPResult
+  alignDepth(const SparseModel& model, const NewFrame& new_frame) const;
+
   /** How well the pose of a frame of the model is held by the points that the frame sees and by
    *  its dense terms among `terms`, see PoseEstimate. */
   Matrix6d
@@ -71,6 +76,13 @@ public:
   /** Registered neighbours of the component, most matches first. */
   std::vector<Neighbour>
   registeredNeighbours(const SparseModel& model, std::size_t frame, int component) const;
+
+  /** Gives the views that frames are registered with. */
+  const DepthViewProvider&
+  depthViews() const
+  {
+    return depth_views_;
+  }
 
 private:
   /** Matches of a new frame to registered frames, and the new frame's features in these matches. */

@@ -45,6 +45,7 @@ mapperOptions(const ReconstructionOptions& options, bool ordered_in_time)
     mapper.refinement.num_dense_neighbours = 0;
     mapper.refinement.motion_prior = false;
     mapper.refinement.pose_prior = false;
+    mapper.refinement.join_by_geometry = false;
   }
   return mapper;
 }
@@ -258,6 +259,7 @@ Reconstruction::mapFrames()
   }
   result_.self_calibration = mapper.selfCalibration();
   result_.pose_prior = mapper.posePrior();
+  result_.joints = mapper.joints();
   chooseWorld(result_);
   reportFrames(mapper.registrations());
   return completed;
@@ -311,6 +313,7 @@ Reconstruction::verify()
   addFindings(timeOffsetFindings(result_, has_times));
   addFindings(stillCameraFindings(result_));
   addFindings(posePriorFindings(result_.pose_prior));
+  addFindings(jointFindings(result_.joints));
   addFindings(movingFindings(result_.frames));
   addFindings(twoMotionsFindings(*result_.graph));
   addFindings(sceneFindings(result_));

@@ -93,6 +93,15 @@ toJson(const NextView& view, const ReconstructionResult& result)
 }
 
 Json
+toJson(const ComponentJoint& joint)
+{
+  return {{"first_frames", joint.first_frames}, {"second_frames", joint.second_frames},
+          {"held_frames", joint.held_frames},   {"overlap", joint.overlap},
+          {"agreement", joint.agreement},       {"matches", joint.matches},
+          {"support", joint.support},           {"runner_up_support", joint.runner_up_support}};
+}
+
+Json
 toJson(const CameraIntrinsics& camera)
 {
   return {{"width", camera.width}, {"height", camera.height}, {"fx", camera.fx},
@@ -306,6 +315,9 @@ makeReport(const RGBDDataset& dataset, const ReconstructionOptions& options,
   report["components"] = Json::array();
   for (std::size_t c = 0; c < result.component_sizes.size(); ++c)
     report["components"].push_back({{"component", c}, {"frames", result.component_sizes[c]}});
+  report["joints"] = Json::array();
+  for (const ComponentJoint& joint : result.joints)
+    report["joints"].push_back(toJson(joint));
   if (result.object)
     report["object"] = toJson(*result.object);
   for (const auto& [stage, seconds] : result.timing_s)

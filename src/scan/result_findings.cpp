@@ -153,6 +153,32 @@ twoMotionsFindings(const ImageGraph& graph)
 }
 
 std::vector<Finding>
+jointFindings(const std::vector<ComponentJoint>& joints)
+{
+  if (joints.empty())
+    return {};
+  std::size_t frames = 0;
+  double least_overlap = 1, least_agreement = 1;
+  std::string each;
+  for (const ComponentJoint& joint : joints) {
+    frames += joint.second_frames;
+    least_overlap = std::min(least_overlap, joint.overlap);
+    least_agreement = std::min(least_agreement, joint.agreement);
+    each += formatText("%s%zu to %zu (overlap %.0f %%, %.1f %% of it agrees, %zu matches)",
+                       each.empty() ? "" : ", ", joint.second_frames, joint.first_frames,
+                       100 * joint.overlap, 100 * joint.agreement, joint.matches);
+  }
+  return {{Severity::WARNING,
+           "joined_by_geometry",
+           formatText("%zu frames were joined by geometry alone: ", frames) + each,
+           {{"frames", double(frames)},
+            {"joints", double(joints.size())},
+            {"least_overlap", least_overlap},
+            {"least_agreement", least_agreement}},
+           "look whether walls are double; record again with more overlap where they are joined"}};
+}
+
+std::vector<Finding>
 timeOffsetFindings(const ReconstructionResult& result, bool has_times)
 {
   // Cameras that run free at 30 Hz are paired within 17 ms; exposure and transport add less.

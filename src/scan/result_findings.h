@@ -21,6 +21,10 @@ movingFindings(const std::vector<FrameReport>& frames);
 std::vector<Finding>
 twoMotionsFindings(const ImageGraph& graph);
 
+/** That parts of the scan were joined by their shape, and what each joint rests on. */
+std::vector<Finding>
+jointFindings(const std::vector<ComponentJoint>& joints);
+
 /** A time between colour and depth that no camera has: they were paired wrongly.
  *  \param has_times whether the stamps are times; if not, frames are the unit of time */
 std::vector<Finding>

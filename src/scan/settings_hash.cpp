@@ -58,7 +58,8 @@ ARCHIVE_WITHOUT_THREADS(BundleAdjustmentOptions, solver, max_iterations, loss_sc
 ARCHIVE_WITHOUT_THREADS(SelfCalibrationOptions, camera, depth_errors, max_frames, min_track_length,
                         significance, min_gain, min_frames, max_iterations)
 BUNDLE_ICP_ARCHIVE(RefinementOptions, self_calibration, calibration_test, calibration,
-                   num_dense_neighbours, num_exact_dense_neighbours, motion_prior, pose_prior)
+                   num_dense_neighbours, num_exact_dense_neighbours, motion_prior, pose_prior,
+                   join_by_geometry)
 BUNDLE_ICP_ARCHIVE(MappingSchedule, batch_size, adjustment_growth, global_adjustment,
                    ordered_in_time)
 ARCHIVE_WITHOUT_THREADS(MapperOptions, registration, tracks, adjustment, refinement, schedule)
@@ -70,7 +71,7 @@ namespace bundle_icp {
 namespace {
 
 /** To be raised by a change that gives other features, matches or poses. */
-constexpr int REVISION = 2;
+constexpr int REVISION = 3;
 
 } // namespace
 

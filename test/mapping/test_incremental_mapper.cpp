@@ -174,6 +174,35 @@ TEST(IncrementalMapper, GoesOnFromAnyStateToTheSameResult)
   }
 }
 
+TEST(IncrementalMapper, GoesOnFromAJointToTheSameResult)
+{
+  Scan scan;
+  scan.addRoom({0, 2, 4});
+  scan.add(noFeatures(), room().read(6).depth, room().worldFromCamera(6));
+  scan.addRoom({8});
+  const ImageGraph graph = scan.graph();
+  MapperOptions options;
+  options.schedule.ordered_in_time = false; // else time registers the frame
+  IncrementalMapper whole(graph, scan.provider(), options);
+  SparseModel expected;
+  MapInMemory states;
+  EXPECT_TRUE(whole.run(expected, {}, &states));
+  ASSERT_EQ(whole.joints().size(), 1u);
+  EXPECT_EQ(expected.registeredFrames(0).size(), scan.nodes.size());
+  EXPECT_LT(largestErrors(expected, scan.truth, 0).distance, 0.003);
+  for (const std::string& state : states.all) {
+    MapInMemory store;
+    store.state = state;
+    IncrementalMapper mapper(graph, scan.provider(), options);
+    SparseModel model;
+    EXPECT_TRUE(mapper.run(model, {}, &store));
+    ASSERT_EQ(mapper.joints().size(), 1u);
+    EXPECT_EQ(mapper.joints()[0].support, whole.joints()[0].support);
+    for (std::size_t i = 0; i < scan.nodes.size(); ++i)
+      EXPECT_EQ(model.worldFromCamera(i).matrix(), expected.worldFromCamera(i).matrix());
+  }
+}
+
 TEST(IncrementalMapper, ScansWithNothingInCommonAreComponents)
 {
   SyntheticScanOptions options;
@@ -190,6 +219,7 @@ TEST(IncrementalMapper, ScansWithNothingInCommonAreComponents)
   const ImageGraph graph = scan.graph();
   MapperOptions mapping;
   mapping.schedule.ordered_in_time = false;
+  mapping.refinement.join_by_geometry = false; // both rooms have one shape
   SparseModel model;
   EXPECT_TRUE(IncrementalMapper(graph, scan.provider(), mapping).run(model));
   EXPECT_EQ(model.registeredFrames(0), (std::vector<std::size_t>{3, 4, 5, 6}));
@@ -221,6 +251,7 @@ TEST(IncrementalMapper, GeometryRegistersAnImageWithoutFeatures)
 
   MapperOptions options; // without time there is nothing to start from
   options.schedule.ordered_in_time = false;
+  options.refinement.join_by_geometry = false;
   IncrementalMapper unordered(graph, scan.provider(), options);
   SparseModel other;
   EXPECT_TRUE(unordered.run(other));

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <bundle_icp/common/progress.h>
+#include <bundle_icp/mapping/component_joint.h>
 #include <bundle_icp/mapping/pose_prior_report.h>
 #include <bundle_icp/refinement/self_calibration.h>
 #include <bundle_icp/registration/frame_registration.h>
@@ -34,6 +35,10 @@ struct BUNDLE_ICP_EXPORT RefinementOptions {
    *  exact than its deviations say, these grow, and what contradicts the data is left out. Needs
    *  MappingSchedule::ordered_in_time. */
   bool pose_prior = true;
+  /** True: parts of a scan that share too few features are joined by the shape of their surfaces,
+   *  where depth holds the joint in all directions and fits no other place nearly as well. False:
+   *  each stays a component of its own. Only with BUNDLE_ICP. */
+  bool join_by_geometry = true;
 
   bool
   isValid(std::string* error = nullptr) const;
@@ -119,6 +124,10 @@ public:
   /** What the prior poses were worth. */
   const PosePriorReport&
   posePrior() const;
+
+  /** Joints of components by geometry, in their order. */
+  const std::vector<ComponentJoint>&
+  joints() const;
 
 private:
   class Impl;
