@@ -3,6 +3,7 @@
 #include "mapping/component_joints.h"
 
 #include "common/parallel.h"
+#include "mapping/joint_images.h"
 
 #include <algorithm>
 #include <iterator>
@@ -181,7 +182,9 @@ ComponentJoiner::findJoint(const SparseModel& model, const Part& first, const Pa
       joint.matches = std::max(joint.matches, motion.matches);
     else
       runner_up_support = std::max(runner_up_support, motion.support());
-  if (!isBeyondDoubt(joint, runner_up_support))
+  if (!isBeyondDoubt(joint, runner_up_support) ||
+      compareImages(graph_, model, depth_views_, first, second, joint.first_from_second)
+          .contradicts())
     return std::nullopt;
   return joint;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // SPDX-FileCopyrightText: 2026 the bundle_icp authors
 #include "mapping/component_joints.h"
+#include "mapping/joint_images.h"
 
 #include "mapping/scans.h"
 #include "messages.h"
@@ -100,4 +101,31 @@ TEST(ComponentJoints, ARoomThatLooksTheSameWhenTurnedIsNotJoined)
   parts.addBox({0.7, 0.9}, 1.5);
   parts.place();
   EXPECT_FALSE(parts.join());
+}
+
+TEST(ComponentJoints, ImagesOfAnotherRoomContradict)
+{
+  SyntheticScanOptions options;
+  options.width = 320;
+  options.height = 240;
+  options.focal_length = 262.5;
+  options.seed = 5; // the same shape, other textures
+  const SyntheticScan repainted(options);
+  Scan scan;
+  scan.addRoom({0, 4, 2});
+  scan.add(extractFeatures(repainted.read(0), repainted.camera()), repainted.read(0).depth,
+           repainted.worldFromCamera(0));
+  ImageGraph graph(room().camera());
+  graph.append(scan.nodes, true);
+  SparseModel model;
+  model.resize(scan.nodes.size());
+  for (std::size_t i = 0; i < scan.nodes.size(); ++i)
+    model.registerFrame(i, scan.truth[i], 0);
+  const auto compare = [&](const Part& second) {
+    return compareImages(graph, model, scan.provider(), {0, 1}, second, Pose::Identity());
+  };
+  EXPECT_GT(compare({2}).expected, 100u);
+  EXPECT_GT(double(compare({2}).alike), 0.4 * double(compare({2}).expected));
+  EXPECT_FALSE(compare({2}).contradicts());
+  EXPECT_TRUE(compare({3}).contradicts());
 }

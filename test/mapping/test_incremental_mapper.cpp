@@ -211,7 +211,7 @@ TEST(IncrementalMapper, ScansWithNothingInCommonAreComponents)
   options.focal_length = 262.5;
   options.seed = 5; // other textures
   const SyntheticScan other(options);
-  Scan scan;
+  Scan scan; // of two rooms of one shape
   scan.addRoom({0, 1, 2});
   for (const std::size_t i : {30, 34, 38, 42})
     scan.add(extractFeatures(other.read(i), other.camera()), other.read(i).depth,
@@ -219,7 +219,6 @@ TEST(IncrementalMapper, ScansWithNothingInCommonAreComponents)
   const ImageGraph graph = scan.graph();
   MapperOptions mapping;
   mapping.schedule.ordered_in_time = false;
-  mapping.refinement.join_by_geometry = false; // both rooms have one shape
   SparseModel model;
   EXPECT_TRUE(IncrementalMapper(graph, scan.provider(), mapping).run(model));
   EXPECT_EQ(model.registeredFrames(0), (std::vector<std::size_t>{3, 4, 5, 6}));
