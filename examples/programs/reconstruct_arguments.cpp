@@ -128,14 +128,32 @@ describeSurface(ReconstructionOptions& options, po::options_description& run)
       "mesh [m]; 0 = no limit");
 }
 
+/** Options of bundle_icp_reconstruct that bundle_icp_merge does not have. */
+void
+describeScan(ReconstructArguments& arguments, po::options_description& run)
+{
+  auto add = run.add_options();
+  add("add", po::bool_switch(&arguments.is_added),
+      "SCAN is added to the recordings that the result in OUT was made from: as if all "
+      "were named, with the options of this run");
+  add("live", po::bool_switch(&arguments.is_live),
+      "play SCAN by its stamps as if one scanned now: of frames that come while one is "
+      "worked on the last one alone waits; OUT/trajectory_live.txt has the poses as they "
+      "were known when the frames came, the other files are made at the end, from the "
+      "frames played");
+}
+
+/** \param is_merge whether the arguments name results, not recordings */
 po::options_description
-describe(ReconstructArguments& arguments)
+describe(ReconstructArguments& arguments, bool is_merge)
 {
   ReconstructionOptions& options = arguments.reconstruction;
   po::options_description run("Reconstruction");
   run.add_options()("output,o", po::value(&arguments.output)->value_name("OUT"),
                     "folder for the results, made if needed (required)");
   describeSurface(options, run);
+  if (!is_merge)
+    describeScan(arguments, run);
   auto add_compared = run.add_options();
   add_compared("method",
                po::value(&arguments.method)->value_name("NAME")->default_value("bundle_icp"),
@@ -169,18 +187,10 @@ describe(ReconstructArguments& arguments)
                "bounded; default: half of what is free");
   add_compared("device", po::value(&arguments.device)->value_name("NAME")->default_value("auto"),
                "device that computes: cpu, or auto, which is the same for now");
-  add_compared("add", po::bool_switch(&arguments.is_added),
-               "SCAN is added to the recordings that the result in OUT was made from: as if all "
-               "were named, with the options of this run");
   add_compared(
       "fresh", po::bool_switch(&arguments.is_fresh),
       "find all features, matches and poses anew; without it those of an earlier run are taken "
       "from OUT/scan.db, where images, camera and options are the same");
-  add_compared("live", po::bool_switch(&arguments.is_live),
-               "play SCAN by its stamps as if one scanned now: of frames that come while one is "
-               "worked on the last one alone waits; OUT/trajectory_live.txt has the poses as they "
-               "were known when the frames came, the other files are made at the end, from the "
-               "frames played");
   add_compared("quiet,q", po::bool_switch(&arguments.is_quiet), "no progress");
   add_compared("help,h", "print this text");
   add_compared("version", "print the version");
@@ -317,8 +327,6 @@ takeResults(ReconstructArguments& arguments)
   namespace fs = boost::filesystem;
   if (arguments.scans.size() < 2)
     throw UsageError("expected RESULT RESULT... -o OUT");
-  if (arguments.is_added)
-    throw UsageError("--add: of bundle_icp_reconstruct; name OUT as one of the results");
   std::vector<std::string> recordings;
   const fs::path own = arguments.reconstruction.database->path;
   for (const std::string& result : arguments.scans) {
@@ -344,20 +352,20 @@ takeScans(ReconstructArguments& arguments)
   arguments.scans = std::move(scans);
 }
 
-/** \param operands what the arguments without an option name are, for messages
+/** \param is_merge whether the arguments without an option name are results, not recordings
  *  \param take_scans makes recordings of them */
 template <class PrintHelp, class TakeScans>
 std::optional<ReconstructArguments>
-parse(int argc, char** argv, const std::string& operands, const PrintHelp& print_help,
+parse(int argc, char** argv, bool is_merge, const PrintHelp& print_help,
       const TakeScans& take_scans)
 {
   ReconstructArguments arguments;
-  const po::options_description visible = describe(arguments);
+  const po::options_description visible = describe(arguments, is_merge);
   const auto values = parseScanArguments(argc, argv, visible, -1, arguments.scans, print_help);
   if (!values)
     return std::nullopt;
   if (arguments.scans.empty() || arguments.output.empty())
-    throw UsageError("expected " + operands + " -o OUT");
+    throw UsageError(is_merge ? "expected RESULT RESULT... -o OUT" : "expected SCAN... -o OUT");
   arguments.reconstruction.database = ScanDatabaseOptions{
       (boost::filesystem::path(arguments.output) / "scan.db").string(), arguments.is_fresh};
   take_scans(arguments);
@@ -375,13 +383,13 @@ parse(int argc, char** argv, const std::string& operands, const PrintHelp& print
 std::optional<ReconstructArguments>
 parseReconstructArguments(int argc, char** argv)
 {
-  return parse(argc, argv, "SCAN...", printHelp, takeScans);
+  return parse(argc, argv, false, printHelp, takeScans);
 }
 
 std::optional<ReconstructArguments>
 parseMergeArguments(int argc, char** argv)
 {
-  return parse(argc, argv, "RESULT RESULT...", printMergeHelp, takeResults);
+  return parse(argc, argv, true, printMergeHelp, takeResults);
 }
 
 } // namespace bundle_icp

@@ -21,9 +21,11 @@ constexpr double MIN_COSINE = 0.94, MAX_DISTANCE_RATIO = 1.5;
 bool
 showsSurface(const DepthView& view, const Eigen::Vector3d& point)
 {
+  if (!(point.z() > 0))
+    return false;
   const Eigen::Vector2d pixel = view.camera.project(point);
   const cv::Point nearest(cvRound(pixel.x()), cvRound(pixel.y()));
-  return point.z() > 0 && cv::Rect({}, view.depth.size()).contains(nearest) &&
+  return cv::Rect({}, view.depth.size()).contains(nearest) &&
          std::abs(view.depth.at<float>(nearest) - point.z()) < MAX_DEPTH_DIFFERENCE;
 }
 

@@ -317,6 +317,9 @@ TEST_F(ReconstructScan, OneResultCannotBeMerged)
   result = runProgram("bundle_icp_merge", {scan, folder.path("none"), "-o", out});
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_CONTAINS(result.err, "report.json: cannot be opened; an earlier result is needed");
+  for (const std::string of_scans : {"--add", "--live"})
+    EXPECT_CONTAINS(runProgram("bundle_icp_merge", {scan, scan, "-o", out, of_scans}).err,
+                    "'" + of_scans + "'");
 }
 
 TEST_F(ReconstructScan, NothingIsAddedToNoResult)
